@@ -104,10 +104,10 @@ def count_map(cell: Cell) -> Any:
 
 
 def magnification(cell: Cell) -> Any:
-    """Of a disc of a hundredth of a radian, also on a sphere beyond the viewer, where its size is a length."""
+    """Of a disc of a hundredth of a radian; at a finite radius its size is a length."""
     viewer = viewer_named(cell.viewer)
     size = 0.01 * (2.0 * viewer.radius if cell.surface == "beyond" and math.isfinite(viewer.radius) else 1.0)
-    return kc.magnification(viewer, (1.4, 2.9), size, max_index=1, **where(cell))
+    return kc.magnification(viewer, place_on(cell.surface), size, max_index=1, **where(cell))
 
 
 def follow_star(cell: Cell) -> Any:
@@ -233,7 +233,14 @@ REFUSED = (
         IN_PLANE,
     ),
     Refusal(
-        ("line_profile", "light_curve", "image_derivatives", "event_derivatives", "caustic_derivatives"),
+        (
+            "line_profile",
+            "light_curve",
+            "image_derivatives",
+            "event_derivatives",
+            "caustic_derivatives",
+            "magnification",
+        ),
         ("plane",),
         (EQUATORIAL,),
         "camera",
@@ -247,10 +254,7 @@ REFUSED = (
         ("render_volume",), ("plane",), ALL, None, "a plane has no depth along a ray: matter in it is a disk, of render"
     ),
 )
-GAPS = (
-    Gap(("magnification",), ("within",), OFF_PLANE, "refuses `end`"),
-    Gap(("magnification",), ("plane",), ALL, "refuses `end`"),
-)
+GAPS: tuple[Gap, ...] = ()
 
 
 def cells() -> list[Cell]:

@@ -9,13 +9,14 @@ from rich.console import Console
 from kerrcaustics.cli.app import BadInput, app, stop, with_examples
 from kerrcaustics.cli.options import (
     COMMON,
+    SKY_SOURCES,
     Angles,
     CameraOptions,
     CommonOptions,
     FileName,
     Flag,
     MaxIndex,
-    radians,
+    SourceOptions,
 )
 from kerrcaustics.cli.outputs import check_ending, write_figure
 from kerrcaustics.cli.tables import PlainTable
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     **with_examples(
         "magnification --spin 0.999 --radius 6.03 --star 90 141 --size 0.5 --figure shapes.png",
         "magnification --spin 0 --radius 100 --star 90 180 --size 2 --profile linear:0.6",
+        "magnification --spin 0.9 --radius 20 --inclination 70 --plane 1 --star 8 170 --size 0.5",
     )
 )
 def magnification(
@@ -39,9 +41,9 @@ def magnification(
     profile: str = "uniform",
     max_index: MaxIndex = 2,
     power: float = 0.0,
-    source_radius: float | None = None,
     figure: FileName | None = None,
     save: FileName | None = None,
+    source: SourceOptions = SKY_SOURCES,
     common: CommonOptions = COMMON,
     points: Flag = False,
 ) -> None:
@@ -50,17 +52,15 @@ def magnification(
     Parameters
     ----------
     star
-        The place of its centre: theta' from the spin axis and phi', degrees.
+        The place of its centre: theta' from the spin axis and phi', degrees; with --plane: r and phi.
     size
-        Its radius, degrees; with --source-radius a length along that sphere, in units of the mass.
+        Its radius, degrees; with --source-radius or --plane a length in units of the mass, along that sphere or in the
+        plane.
     profile
         Brightness from the centre to the limb: uniform, linear:u or quadratic:u1,u2 for limb darkening,
         gaussian:width for a deviation in radii of the star.
     power
         Light goes by the frequency ratio to this power: 0 for the magnification alone, 4 for all light together.
-    source_radius
-        Radius of the sphere that the star is painted on, in units of the mass, that of the camera or larger; left out,
-        the celestial sphere.
     figure
         Draw the images of the star among the critical curves into this file: .png, .pdf or .svg.
     save
@@ -71,9 +71,8 @@ def magnification(
     common.check({"--figure": figure, "--save": save})
     check_ending(figure)
     common.check_points(points)
-    place, shade = radians("--star", star), _profile(profile)
-    end = math.inf if source_radius is None else source_radius
-    wide = math.radians(size) if source_radius is None else size
+    end, place, shade = source.end(), source.place("--star", star), _profile(profile)
+    wide = math.radians(size) if end == math.inf else size
     seen_from = camera.viewer()
     began = time.perf_counter()
     with plain_errors({"end": "source-radius"}), progress() as report:
@@ -81,8 +80,8 @@ def magnification(
         from kerrcaustics.results import storage
         from kerrcaustics.results.records import record
 
-        source = {"profile": shade, "max_index": max_index, "power": power, "end": end}
-        seen = extended.magnification(seen_from, place, wide, **source, progress=report)
+        shown = {"profile": shade, "max_index": max_index, "power": power, "end": end}
+        seen = extended.magnification(seen_from, place, wide, **shown, progress=report)
         seconds = time.perf_counter() - began
         if save is not None:
             storage.save(save, seen)

@@ -60,17 +60,21 @@ def source_images_figure(seen: Magnification) -> Figure:
     """Figure of a source of finite size, 7 inches wide: its images, and the source among the caustics."""
     caustics = caustics_of(seen.camera, seen.max_index + 1, end=seen.surface)
     source = _limb_places(seen), {"label": "limb of the source", **_LIMB}
-    brightness = f": {seen.total:.6g} times as bright"
+    alike = seen.camera.sky_unit == seen.surface.coordinates[0].unit
+    brightness = f": {seen.total:.6g} times as bright" if alike else f": magnification {seen.total:.6g}"
     return sky_and_source(
         lambda ax: source_images(ax, seen, caustics=caustics), caustics, seen.source, source, brightness
     )
 
 
 def _limb_places(seen: Magnification) -> Float[Array, "points 2"]:
-    """Angles of points of the limb on the sphere of the source."""
+    """Coordinates of points of the limb on the surface of the source."""
     centre = seen.surface.vectors(np.array([seen.source]))[0]
-    size = seen.size / sphere_scale(seen.surface)
-    limb = Circle.about(centre, size).place(np.linspace(0, 2 * np.pi, _LIMB_POINTS))
+    size, turn = seen.size / sphere_scale(seen.surface), np.linspace(0, 2 * np.pi, _LIMB_POINTS)
+    if len(centre) == 2:
+        limb = centre + size * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+        return np.stack([np.hypot(*limb.T), np.unwrap(np.arctan2(limb[:, 1], limb[:, 0]))], axis=-1)
+    limb = Circle.about(centre, size).place(turn)
     phi = np.unwrap(np.arctan2(limb[:, 1], limb[:, 0]))
     return np.stack([polar_angle(limb), phi], axis=-1)
 

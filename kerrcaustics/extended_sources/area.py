@@ -4,7 +4,8 @@ Each connected boundary has an origin of its own, so that small images keep thei
 it (Lambert's) the area is an integral of x dy - y dx along the boundary. On a screen the plane is there already.
 
 On a sphere a closed curve has two sides. The side that is measured does not hold the direction opposite to the hole. So
-boundaries that run round the hole once more one way than the other leave out the whole sky (`total`).
+boundaries that run round the hole clockwise once more than the other way leave out the whole sky (`total`); those that
+run so anticlockwise hold the direction to the hole, as of a sphere that is seen in front of it.
 """
 
 import math
@@ -105,7 +106,7 @@ def total(found: Sequence[Boundary], axes: int, weight: Weight | None = None) ->
     """The light within some boundaries, and the error of the first column; axes: of their places."""
     light = np.sum([np.zeros(axes + 1), *(one.light for one in found)], axis=0)
     turns = sum(one.turns for one in found) if axes == 3 else 0
-    if turns:
+    if turns < 0:
         light -= turns * _of_sky(weight)
     return light, sum(one.error for one in found)
 
@@ -121,7 +122,7 @@ def seen_points(sky: SearchSky, arcs: BoundaryArcs) -> tuple[Float[Array, "arcs 
     flat = whole.reshape(-1, 3)
     places = sky.shown(flat)
     scale = sky.lengths(flat).reshape(whole.shape[:2])
-    return places.reshape(*whole.shape[:2], -1), arcs.error * (scale**2).max(axis=1)
+    return places.reshape(*whole.shape[:2], places.shape[-1]), arcs.error * (scale**2).max(axis=1)
 
 
 def flat_from_hole(places: Float[Array, "*batch axes"], hole: Float[Array, " axes"]) -> Complex[Array, "*batch"]:

@@ -10,16 +10,15 @@ from jaxtyping import Float
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams.ends import End, Wherever, end_of
+from kerrcaustics.beams.ends import End, EquatorialPlane, Wherever, end_of
 from kerrcaustics.extended_sources.area import Weight
-from kerrcaustics.extended_sources.measured import MeasuredDisc, measured, outline_of, sphere_scale
-from kerrcaustics.extended_sources.nearby_caustics import touching_radii
+from kerrcaustics.extended_sources.measured import kinks, measured, sphere_scale
+from kerrcaustics.extended_sources.measured_disc import MeasuredDisc, outline_of
 from kerrcaustics.extended_sources.profiles import Brightness, Profile, checked_profile
-from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.images import checked_index, checked_place, direct_remarks
-from kerrcaustics.images.sheets import sheets_of
 from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
+from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import quoted, real_number
 from kerrcaustics.spacetime.frame import redshift
 from kerrcaustics.spacetime.sphere import lengths
@@ -29,6 +28,8 @@ Array = np.ndarray
 
 # Smallest and largest radius of a source, radians.
 _LEAST, _LARGEST = 1e-8, 3.1
+# The largest of one in the plane, as a part of the distance of its centre from the horizon.
+_LARGEST_PART = 0.99
 # Radii in each range between those at which the limb touches a caustic.
 _RADII, _RADII_WEIGHTS = legendre.leggauss(8)
 _SERIES = np.linalg.inv(legendre.legvander(_RADII, len(_RADII) - 1))
@@ -65,8 +66,10 @@ class Magnification(Shown):
 
     camera: Viewer = quantity("", "", "who sees it", json="", column="")
     surface: End = quantity("", "", "where the source lies", json="", column="")
-    source: tuple[float, float] = quantity("angle", "place", "theta', phi' of its centre", given=True)
-    size: float = quantity("", "source size", "its radius, along its sphere", given=True)
+    source: tuple[float, float] = quantity(
+        "angle", "place", "theta', phi' of its centre; in the plane r, phi", given=True
+    )
+    size: float = quantity("", "source size", "its radius, along its surface", given=True)
     power: float = quantity("", "1", "of the frequency ratio g, by which light goes")
     profile: str = quantity("", "", "its brightness from the centre to the limb, in words")
     total: float = quantity(
@@ -77,7 +80,9 @@ class Magnification(Shown):
         "morse_index", "magnification", "what images of each Morse index add to total"
     )
     per_index_error: dict[int, float] = quantity("morse_index", "magnification", "estimated errors of per_index")
-    centroid: Array = quantity("axis", "1", "mean direction N of the light; of an Observer the mean (alpha, beta)")
+    centroid: Array = quantity(
+        "axis", "1", "mean direction N of the light; of an Observer the mean (alpha, beta); NaN where there is none"
+    )
     centroid_error: float = quantity("", "sky", "estimated error of centroid")
     images: tuple[LimbImage, ...] = quantity("curve", "", "images of the limb, the largest first")
     certified: bool = quantity(
@@ -120,10 +125,11 @@ def magnification(
     ----------
     viewer : Camera or Observer
     source : (theta', phi')
-        Its centre, radians.
+        Its centre, radians; in the plane (r, phi).
     size : float
-        Its radius: an angle of 1e-8 to 3.1 radians on the celestial sphere, a length in units of the mass on spheres of
-        finite radius, along which the source is painted.
+        Its radius: an angle of 1e-8 to 3.1 radians on the celestial sphere; a length in units of the mass elsewhere,
+        along the sphere of finite radius on which the source is painted, or in the plane as on a sheet of paper with
+        the polar coordinates r and phi. A disc in the plane lies outside the horizon.
     profile : str, tuple or function
         Brightness from the centre to the limb: "uniform"; ("linear", u) or ("quadratic", u1, u2), limb darkening with
         these coefficients; ("gaussian", width), with the deviation (from 0.2) in radii of the source, cut off at the
@@ -133,15 +139,19 @@ def magnification(
     power : float
         Light goes by the frequency ratio g to this power: 0 for the magnification alone, 4 for all light together, of
         sources at rest on the celestial sphere.
-    end : float or Sphere
-        Radius of the source's sphere, that of the camera or a larger one; math.inf is the celestial sphere.
+    end : float, Sphere or EquatorialPlane
+        Radius of the source's sphere; math.inf is the celestial sphere. Spheres within the viewer's radius are seen by
+        two arrivals, of which all images count. An `EquatorialPlane`: images by rays that cross it at the source for
+        the n-th time.
     progress : callable or bool, optional
         As for `caustics`.
 
     Returns
     -------
     Magnification
-        Of an Observer's screen in units of the mass squared by solid angle.
+        The area of all images by that of the source, as the magnification of `star_images`: solid angles, about the
+        centre of the sphere on which the source lies; of an Observer's screen in units of the mass squared; of a source
+        in the plane by its area pi size^2 in r dr dphi.
 
     Raises
     ------
@@ -174,20 +184,17 @@ def magnification(
     """
     check_viewer(viewer)
     surface, highest = end_of(viewer, end), checked_index(max_index)
-    if not certificate_of(surface, viewer, 0).follows:
-        raise ValueError(
-            f"Argument `end` must be math.inf or at least the camera's radius {viewer.radius:.12g} for a source of "
-            f"finite size, but is {quoted(end)}."
-        )
     place = checked_place("source", source, viewer, surface)
-    angle, brightness = _checked_size(size, surface), checked_profile(profile)
+    angle, brightness = _checked_size(size, place, viewer, surface), checked_profile(profile)
     centre = surface.vectors(np.array([place]))[0]
     weight = _weight(power, viewer, surface)
     whole = measured(viewer, surface, centre, angle, highest, weight)
     seen = whole if brightness.is_uniform else _graded(viewer, surface, centre, whole, brightness, weight)
     per_solid_angle = 1 / seen.solid_angle
-    middle = seen.moment / (lengths(seen.moment) if len(seen.moment) == 3 else seen.area)
-    spread = float(lengths(whole.points - middle).max())
+    # Of a source that is not seen there is none.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        middle = seen.moment / (lengths(seen.moment) if len(seen.moment) == 3 else seen.area)
+    spread = float(lengths(whole.points - middle).max(initial=0.0))
     return Magnification(
         camera=viewer,
         surface=surface,
@@ -200,7 +207,7 @@ def magnification(
         per_index=dict(enumerate((seen.shares * per_solid_angle).tolist())),
         per_index_error=dict(enumerate((seen.share_errors * per_solid_angle).tolist())),
         centroid=middle,
-        centroid_error=seen.error / seen.area * spread,
+        centroid_error=seen.error / seen.area * spread if seen.area else math.nan,
         images=_images(viewer, surface, seen),
         certified=seen.certified,
         remarks=(*direct_remarks(surface, viewer), *seen.remarks),
@@ -220,10 +227,10 @@ def _graded(
     The area has a kink where the limb touches a caustic: the range is divided there, and nodes crowd there.
     """
     index = len(whole.shares) - 1
-    radii = touching_radii(sheets_of(viewer, index, surface), centre, whole.angle)
+    radii = kinks(viewer, surface, centre, whole.angle, index)
     x, share = _nodes(np.concatenate([[0.0], np.arcsin(radii / whole.angle), [math.pi / 2]]))
     discs = [
-        measured(viewer, surface, centre, whole.angle * math.sin(one), index, weight)
+        measured(viewer, surface, centre, whole.angle * math.sin(one), index, weight, nested=True)
         for one in in_steps("radius", x.ravel().tolist())
     ]
     share = -share * brightness.slope(x.ravel()).reshape(x.shape)
@@ -296,21 +303,27 @@ def _weight(power: object, viewer: Viewer, surface: End) -> Weight | None:
     if number == 0:
         return None
     if not math.isfinite(number) or surface.finite:
-        what = "0 for a source on a sphere of finite radius" if surface.finite else "a finite number"
+        what = "0 for a source at a finite radius" if surface.finite else "a finite number"
         raise ValueError(f"Argument `power` must be {what}, but is {quoted(power)}.")
     frame = viewer.frame()
     return lambda places: redshift(frame, viewer.directions(places)) ** number
 
 
-def _checked_size(size: object, surface: End) -> float:
-    """The angular radius of a source, radians."""
+def _checked_size(size: object, place: tuple[float, float], viewer: Viewer, surface: End) -> float:
+    """The radius of a source: an angle, radians; in the plane a length."""
     number = real_number("size", size)
-    scale = sphere_scale(surface)
-    angle = number / scale
-    if not _LEAST <= angle <= _LARGEST:
+    scale, largest = sphere_scale(surface), _LARGEST
+    in_plane = isinstance(surface, EquatorialPlane)
+    if in_plane:
+        # Within rounding all of the disc lies outside the horizon.
+        scale = place[0] - kerr.horizon(viewer.spin)
+        largest = _LARGEST_PART
+    part = number / scale
+    if not _LEAST <= part <= largest:
         unit = "units of the mass" if surface.finite else "radians"
+        outside = ", so that the disc lies outside the horizon" if in_plane else ""
         raise ValueError(
-            f"Argument `size` must be a radius from {_LEAST * scale:.3g} to {_LARGEST * scale:.3g} {unit}, but is "
-            f"{quoted(size)}."
+            f"Argument `size` must be a radius from {_LEAST * scale:.3g} to {largest * scale:.3g} {unit}{outside}, but "
+            f"is {quoted(size)}."
         )
-    return angle
+    return number if in_plane else part

@@ -1,96 +1,33 @@
-"""The images of a uniform disc: their areas by Morse index and in all, with the certificate that none is missing."""
-
-import math
-from dataclasses import dataclass, replace
+"""The images of a uniform disc, by the method that its surface asks for."""
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from kerrcaustics.beams.ends import End, Sphere
-from kerrcaustics.extended_sources.arcs import BoundaryArcs, with_ends
-from kerrcaustics.extended_sources.area import (
-    Boundary,
-    Weight,
-    boundaries,
-    closed,
-    flat_from_hole,
-    seen_points,
-    total,
-    turns_about,
-    winding,
-)
-from kerrcaustics.extended_sources.critical_arcs import critical_arcs
-from kerrcaustics.extended_sources.limb import GuessedArcs, Limb
-from kerrcaustics.extended_sources.nearby_caustics import distance, refined_near
-from kerrcaustics.extended_sources.skeleton import of_branches, of_small_images
-from kerrcaustics.images.search import search
-from kerrcaustics.images.sheets import Sheets, sheets_of
-from kerrcaustics.lens_map.search_sky import SearchSky, search_sky
-from kerrcaustics.spacetime.sphere import moved
+from kerrcaustics.extended_sources.area import Weight
+from kerrcaustics.extended_sources.measured_disc import MeasuredDisc
+from kerrcaustics.extended_sources.nearby_caustics import touching_radii
+from kerrcaustics.extended_sources.on_charts import measured_on_charts, touching_radii_on_charts
+from kerrcaustics.extended_sources.on_sheets import measured_on_sheets
+from kerrcaustics.images.certificates import certificate_of
+from kerrcaustics.images.sheets import sheets_of
 from kerrcaustics.spacetime.viewer import Viewer
-from kerrcaustics.tracks.level_curves.branches import Branches
-from kerrcaustics.tracks.level_curves.circle import Circle
-from kerrcaustics.tracks.level_curves.path_events import PathEvents
 
-Array = np.ndarray
-
-# Wanted error of the area, a part of it.
-_WANTED = 1e-10
-# The limb of a disc is taken from a few points where no caustic is closer to its centre than so many radii.
-_CLEAR = 1.05
-# Longest step, radians, between points of the limb from which its arcs are guessed.
-_LONGEST_STEP = math.radians(30.0)
-# Places about which the winding of the boundary may be looked at: distances from the centre in radii, and azimuths. The
-# two in the disc, and the one beside it, that are farthest from the caustics are.
-_PROBES = np.array(
-    [(0.0, 0.0), *((0.3 + 0.06 * i, 2.4 * i) for i in range(9)), *((1.2 + 0.05 * i, 2.4 * i) for i in range(6))]
-)
-_INSIDE, _BESIDE_IT = 2, 1
-# The least area that is taken for that of all images, a part of the largest that a boundary encloses.
-_LEAST_PART = 1e-3
-# How far from a whole number a winding may be.
-_ROUND = 1e-3
 # Parts by which the radius of a disc is changed whose limb touches a caustic.
 _BESIDE = (1e-7, 1e-5, 1e-3)
-
-
-@dataclass(frozen=True, eq=False)
-class MeasuredDisc:
-    """The images of a disc on a viewer's sky.
-
-    angle: radius of the disc, radians; solid_angle: of the disc, from the centre of its sphere, weighted by its
-    brightness; boundaries, arcs: of the images of all indices; points: of the arcs, on the
-    viewer's sky, between their ends; sign: 1 where the image lies to the left of an arc, -1 where to the right; area,
-    error: of the images, weighted, in units of the sky; shares, share_errors: by index; moment: integral of the place
-    over the images; remarks: what is in doubt.
-    """
-
-    angle: float
-    solid_angle: float
-    arcs: BoundaryArcs
-    points: Float[Array, "arcs nodes axes"]
-    sign: Float[Array, " arcs"]
-    boundaries: list[Boundary]
-    area: float
-    error: float
-    shares: Float[Array, " indices"]
-    share_errors: Float[Array, " indices"]
-    moment: Float[Array, " axes"]
-    remarks: tuple[str, ...]
-
-    @property
-    def certified(self) -> bool:
-        """True where nothing is in doubt."""
-        return not self.remarks
+# Radii closer than this part of that of the disc are one.
+_APART = 0.01
 
 
 def measured(
     viewer: Viewer,
     surface: End,
-    centre: Float[Array, " 3"],
+    centre: Float[np.ndarray, " axes"],
     angle: float,
     max_index: int,
     weight: Weight | None = None,
+    *,
+    nested: bool = False,
 ) -> MeasuredDisc:
     """The images of a disc.
 
@@ -102,220 +39,54 @@ def measured(
     viewer : Viewer
     surface : End
         Of the disc.
-    centre : (3,) array
-        Its centre, a unit vector.
+    centre : (axes,) array
+        Its centre, a vector of the surface.
     angle : float
-        Its radius, radians.
+        Its radius, radians, in the plane a length.
     max_index : int
     weight : function, optional
         Of the area on the viewer's sky.
+    nested : bool
+        True for one within a disc that has been measured: in the plane fewer places in it are looked at.
     """
-    here = _measured(viewer, surface, centre, angle, max_index, weight)
+    here = _measured(viewer, surface, centre, angle, max_index, weight, nested)
     if here.certified:
         return here
     for part in _BESIDE:
-        low, high = (_measured(viewer, surface, centre, angle * (1 + s * part), max_index, weight) for s in (-1, 1))
+        low, high = (
+            _measured(viewer, surface, centre, angle * (1 + s * part), max_index, weight, nested) for s in (-1, 1)
+        )
         if low.certified and high.certified:
-            return _between(here, low, high)
+            return here.between(low, high)
     return here
 
 
-def _between(here: MeasuredDisc, low: MeasuredDisc, high: MeasuredDisc) -> MeasuredDisc:
-    return replace(
-        low,
-        angle=here.angle,
-        solid_angle=here.solid_angle,
-        area=(low.area + high.area) / 2,
-        error=max(low.error, high.error) + abs(high.area - low.area) / 2,
-        shares=(low.shares + high.shares) / 2,
-        share_errors=np.maximum(low.share_errors, high.share_errors) + np.abs(high.shares - low.shares) / 2,
-        moment=(low.moment + high.moment) / 2,
-    )
+def kinks(
+    viewer: Viewer, surface: End, centre: Float[np.ndarray, " axes"], angle: float, max_index: int
+) -> Float[np.ndarray, " radii"]:
+    """Radii of smaller discs where the area of the images is not smooth, as the limb touches a caustic there; about."""
+    if certificate_of(surface, viewer, max_index).follows:
+        radii = touching_radii(sheets_of(viewer, max_index, surface), centre, angle)
+    else:
+        radii = touching_radii_on_charts(viewer, surface, centre, angle, max_index)
+    radii = radii[(radii > _APART * angle) & (radii < (1 - _APART) * angle)]
+    return radii[np.concatenate([[True], np.diff(radii) > _APART * angle])[: len(radii)]]
 
 
 def sphere_scale(surface: End) -> float:
-    """The length along a sphere that a radian stands for: 1 on the celestial sphere."""
+    """The length along a sphere that a radian stands for: 1 on the celestial sphere, and in the plane."""
     return float(surface.radius) if isinstance(surface, Sphere) else 1.0
 
 
 def _measured(
     viewer: Viewer,
     surface: End,
-    centre: Float[Array, " 3"],
+    centre: Float[np.ndarray, " axes"],
     angle: float,
     max_index: int,
     weight: Weight | None,
+    nested: bool,
 ) -> MeasuredDisc:
-    rim = Circle.about(centre, angle)
-    sheets = refined_near(sheets_of(viewer, max_index, surface), rim)
-    guessed, events, remarks = _guessed(sheets, viewer, rim)
-    sky = search_sky(viewer)
-    wanted = _WANTED * _about(guessed, sheets)
-    first = _next_node(guessed.links.left, guessed.links.right)
-    arcs, doubtful = Limb(sheets.camera, surface, rim).arcs(guessed, first, wanted)
-    if doubtful:
-        remarks += (f"{doubtful} arcs of the limb are in doubt",)
-    critical, doubts = _critical(sheets, rim, events, arcs, wanted)
-    remarks += doubts
-    whole = arcs.joined(critical)
-    points, error = seen_points(sky, whole)
-    hole = sky.shown(_searched_hole(sheets)[None])[0]
-    is_limb = np.arange(len(whole)) < len(arcs)
-    parity = _parity(whole)
-    # A critical curve bounds the images of its own order on the side of the hole, and those of one less beyond.
-    side = _sense(sheets, sky, hole)
-    shares, share_errors = np.zeros(max_index + 1), np.zeros(max_index + 1)
-    for k in range(max_index + 1):
-        outer, inner = ~is_limb & (whole.index == k), ~is_limb & (whole.index == k + 1)
-        sign = np.select([is_limb & (whole.index == k), outer, inner], [parity, side, -side], 0.0)
-        found = _bounded(whole, points, error, sign, hole, weight)
-        (shares[k], *_), share_errors[k] = total(found, len(hole), weight)
-    sign = np.select([is_limb, whole.index == max_index + 1], [parity, -side], 0.0)
-    chosen = sign != 0
-    bounds = _bounded(whole, points, error, sign, hole, weight)
-    light, off = total(bounds, len(hole), weight)
-    if not abs(shares.sum() - light[0]) <= share_errors.sum() + off:
-        remarks += ("the shares of all Morse indices do not add up to the whole",)
-    remarks += _checked(sheets, rim, whole[chosen], sign[chosen], beside_caustics=events is not None)
-    return MeasuredDisc(
-        angle=angle,
-        solid_angle=4 * math.pi * math.sin(angle / 2) ** 2,
-        arcs=whole[chosen],
-        points=points[chosen],
-        sign=sign[chosen],
-        boundaries=bounds,
-        area=float(light[0]),
-        error=off,
-        shares=shares,
-        share_errors=share_errors,
-        moment=light[1:],
-        remarks=remarks,
-    )
-
-
-def _guessed(sheets: Sheets, viewer: Viewer, rim: Circle) -> tuple[GuessedArcs, PathEvents | None, tuple[str, ...]]:
-    """Guesses of the arcs of the limb, the events on it, none where no caustic is near, and what is in doubt."""
-    nearest = min(distance(curve, rim.axes[2]) for curve in sheets.curves)
-    if nearest > _CLEAR * rim.angle:
-        guessed = of_small_images(sheets, rim)
-        if guessed is not None:
-            return guessed, None, ()
-    branches = Branches(sheets, viewer, rim, _LONGEST_STEP)
-    events = branches.events
-    remarks = [*events.remarks, *branches.remarks]
-    if not events.known.all():
-        remarks.append(f"the counts beside {(~events.known).sum()} events on the limb are not what they should be")
-    return of_branches(branches), events, tuple(remarks)
-
-
-def _about(guessed: GuessedArcs, sheets: Sheets) -> float:
-    """The area of the images, about, on the search sky: square radians."""
-    arcs = guessed.arcs()
-    points = with_ends(arcs.start, arcs.points, arcs.stop)
-    hole = _searched_hole(sheets)
-    found = boundaries(arcs, points, arcs.error, _parity(arcs), hole)
-    return max(abs(float(total(found, len(hole))[0][0])), _LEAST_PART * max(abs(one.area) for one in found))
-
-
-def _searched_hole(sheets: Sheets) -> Float[Array, " 3"]:
-    """The direction to the hole on the search sky."""
-    return sheets.sky(np.array([[-1.0, 0.0, 0.0]]))[0]
-
-
-def _next_node(left: Int[Array, " arcs"], right: Int[Array, " arcs"]) -> int:
-    """The first number that no node at the ends of arcs has."""
-    return 1 + int(max(left.max(), right.max()))
-
-
-def _parity(arcs: BoundaryArcs) -> Float[Array, " arcs"]:
-    return 1.0 - 2 * (arcs.index % 2)
-
-
-def _critical(
-    sheets: Sheets, rim: Circle, events: PathEvents | None, arcs: BoundaryArcs, wanted: float
-) -> tuple[BoundaryArcs, tuple[str, ...]]:
-    """The arcs of all critical curves within the images of the disc, and what is in doubt."""
-    found, remarks = arcs[:0], ()
-    if events is None:
-        return found, remarks
-    for curve in sheets.curves:
-        whole = arcs.joined(found)
-        more, doubts = critical_arcs(sheets, rim, events, curve, _next_node(whole.left, whole.right), wanted)
-        found, remarks = found.joined(more), remarks + doubts
-    return found, remarks
-
-
-def _sense(sheets: Sheets, sky: SearchSky, hole: Float[Array, " axes"]) -> float:
-    """1 where critical curves run round the hole anticlockwise as their edge phase grows, else -1."""
-    curve = sheets.curves.curves[-1]
-    places = sky.shown(sheets.sky(curve.points.line_of_sight))
-    return float(np.sign(turns_about(hole, places[None])[0]))
-
-
-def _bounded(
-    arcs: BoundaryArcs, points: Array, error: Array, sign: Array, hole: Array, weight: Weight | None
-) -> list[Boundary]:
-    """The boundaries of the arcs whose sign is not 0."""
-    chosen = np.flatnonzero(sign)
-    if not len(chosen):
-        return []
-    return boundaries(arcs[chosen], points[chosen], error[chosen], sign[chosen], hole, weight)
-
-
-def _checked(
-    sheets: Sheets, rim: Circle, arcs: BoundaryArcs, sign: Float[Array, " arcs"], *, beside_caustics: bool
-) -> tuple[str, ...]:
-    """What speaks against the boundary of the images: ends of arcs, and windings about images of places.
-
-    Places within the disc must have all of their images within the boundary, others none.
-    """
-    if not closed(arcs):
-        return ("the boundary of the images is not closed",)
-    radius, place = _probes(sheets, rim, beside_caustics)
-    found = search(sheets, place)
-    sure = found.certified
-    if not (sure & (radius < 1)).any():
-        return ("no place within the disc has certified images",)
-    images = found.images[sure[found.images.star]]
-    # On the search sky, where images next to the hole are as large as others.
-    hole = _searched_hole(sheets)
-    points = with_ends(arcs.start, arcs.points, arcs.stop)
-    plane, places = flat_from_hole(points, hole), flat_from_hole(images.sky, hole)
-    about = winding(plane, sign, places)
-    expected = radius[images.star] < 1
-    wrong = int((np.abs(about - expected) > _ROUND).sum())
-    return (f"{wrong} of {len(about)} images of places in and beside the disc lie on the wrong side",) if wrong else ()
-
-
-def _probes(
-    sheets: Sheets, rim: Circle, beside_caustics: bool
-) -> tuple[Float[Array, " probes"], Float[Array, "probes 3"]]:
-    """Places in the disc and beside it, far from caustics: distances from its centre, in radii, and directions."""
-    radius, azimuth = _PROBES[_PROBES[:, 0] * rim.angle < math.pi].T
-    centre = np.tile(rim.axes[2], (len(radius), 1))
-    step = np.cos(azimuth)[:, None] * rim.axes[0] + np.sin(azimuth)[:, None] * rim.axes[1]
-    place = moved(centre, (radius * rim.angle)[:, None] * step)
-    far = np.argsort(-sheets.counted(place).distance) if beside_caustics else np.arange(len(radius))
-    chosen = np.concatenate([far[radius[far] < 1][:_INSIDE], far[radius[far] > 1][:_BESIDE_IT]])
-    return radius[chosen], place[chosen]
-
-
-def outline_of(disc: MeasuredDisc, bound: Boundary) -> tuple[Float[Array, "points axes"], Int[Array, " points"]]:
-    """Places along a boundary, the image to the left, with the Morse index of the images there."""
-    left, right = (side[bound.arcs].tolist() for side in (disc.arcs.left, disc.arcs.right))
-    at: dict[int, list[int]] = {}
-    for arc, pair in enumerate(zip(left, right, strict=True)):
-        for node in pair:
-            at.setdefault(node, []).append(arc)
-    sky, index, unused = [], [], set(range(len(left)))
-    arc, node = 0, (left if disc.sign[bound.arcs[0]] > 0 else right)[0]
-    while arc in unused:
-        unused.discard(arc)
-        forward = node == left[arc]
-        points = bound.points[arc][:-1] if forward else bound.points[arc][:0:-1]
-        sky.append(points)
-        # Arcs of the last critical curve have its order, which is one more than the highest index.
-        index.append(np.full(len(points), min(disc.arcs.index[bound.arcs[arc]], len(disc.shares) - 1)))
-        node = right[arc] if forward else left[arc]
-        arc = next((other for other in at[node] if other in unused), -1)
-    return np.concatenate(sky), np.concatenate(index)
+    if certificate_of(surface, viewer, max_index).follows:
+        return measured_on_sheets(viewer, surface, centre, angle, max_index, weight)
+    return measured_on_charts(viewer, surface, centre, angle, max_index, nested=nested)

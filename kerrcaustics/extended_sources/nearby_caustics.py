@@ -17,14 +17,17 @@ Array = np.ndarray
 # Steps along a caustic that reach the disc are at most so large a part of the disc, or of the distance from its limb;
 # longer ones are divided into so many at once. A step of so few errors is not divided.
 _PART, _MOST_PARTS, _ERRORS, _MOST_ROUNDS = 0.25, 16, 30.0, 20
-# Radii closer than this part of that of the disc are one.
-_APART = 0.01
 
 
 def refined_near(sheets: Sheets, circle: Circle) -> Sheets:
     """Sheets with more points on their caustics next to a circle of the surface."""
-    curves = tuple(curve if curve.is_point else _refined(sheets.curves, curve, circle) for curve in sheets.curves)
-    return replace(sheets, curves=replace(sheets.curves, curves=curves))
+    return replace(sheets, curves=curves_near(sheets.curves, circle))
+
+
+def curves_near(curves: CriticalCurves, circle: Circle) -> CriticalCurves:
+    """Curves with more points on their caustics next to a circle of the surface."""
+    refined = tuple(curve if curve.is_point else _refined(curves, curve, circle) for curve in curves)
+    return replace(curves, curves=refined)
 
 
 def distance(curve: CriticalCurve, centre: Float[Array, " 3"]) -> float:
@@ -72,7 +75,7 @@ def _parts(closed: Points, circle: Circle) -> Array:
 
 
 def touching_radii(sheets: Sheets, centre: Float[Array, " 3"], angle: float) -> Float[Array, " radii"]:
-    """Radii of discs about a centre, below an angle, whose limb touches a caustic or passes a cusp; about."""
+    """Radii of discs about a centre whose limb touches a caustic or passes a cusp; about."""
     sheets = refined_near(sheets, Circle.about(centre, angle))
     radii = [np.empty(0)]
     for curve in sheets.curves:
@@ -82,6 +85,4 @@ def touching_radii(sheets: Sheets, centre: Float[Array, " 3"], angle: float) -> 
             continue
         turned = (away - np.roll(away, 1)) * (away - np.roll(away, -1)) > 0
         radii.append(away[turned])
-    found = np.sort(np.concatenate(radii))
-    found = found[(found > _APART * angle) & (found < (1 - _APART) * angle)]
-    return found[np.concatenate([[True], np.diff(found) > _APART * angle])[: len(found)]]
+    return np.sort(np.concatenate(radii))

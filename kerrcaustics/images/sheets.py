@@ -261,14 +261,8 @@ def _sheets_at_rest(camera: Viewer, max_index: int, surface: End) -> Sheets:
     """Find the critical curves, trace the grids."""
     if surface == SKY:
         warm_up(camera)
-    check_index(domain_of(surface, camera), max_index)
-    curves = with_ring_at_infinity(critical_curves(camera, max_index + 1, surface=surface))
+    curves = bounding_curves(camera, max_index, surface)
     domain = curves.domain
-    if curves.unbroken <= max_index:
-        raise ValueError(
-            f"Argument `max_index` must be less than {curves.unbroken} for this camera: of the critical curves that "
-            f"bound the images, only those to order {curves.unbroken} could be followed all the way round."
-        )
     report("sheets of the sky", 0.2)
     polygons = tuple(CausticPolygon.of(curves, curve) for curve in curves)
     mapped, coarsely = partial(_mapped, curves), partial(_mapped, curves, tolerance=_OF_GRID)
@@ -289,6 +283,18 @@ def _sheets_at_rest(camera: Viewer, max_index: int, surface: End) -> Sheets:
         circles=tuple(_circles(cells.corners)),
         pole_counts=_counts_at_pole(sheets, polygons),
     )
+
+
+def bounding_curves(camera: Viewer, max_index: int, surface: End) -> CriticalCurves:
+    """The critical curves that bound images to an index; ValueError unless each is whole. camera: at rest."""
+    check_index(domain_of(surface, camera), max_index)
+    curves = with_ring_at_infinity(critical_curves(camera, max_index + 1, surface=surface))
+    if curves.unbroken <= max_index:
+        raise ValueError(
+            f"Argument `max_index` must be less than {curves.unbroken} for this camera: of the critical curves that "
+            f"bound the images, only those to order {curves.unbroken} could be followed all the way round."
+        )
+    return curves
 
 
 def sheets_of(camera: Viewer, max_index: int, surface: End = SKY) -> Sheets:

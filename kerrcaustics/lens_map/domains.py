@@ -117,6 +117,18 @@ class TwoLeaves(OneLeaf):
     surface: Sphere
 
     @property
+    def has_rim(self) -> bool:
+        """True if some rays meet the sphere twice."""
+        return _rim(self.camera, float(self.surface.radius), self.zoom) is not None
+
+    def rim(self, edge_phase: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
+        """Depth of the rim, if there is one."""
+        width = _rim(self.camera, float(self.surface.radius), self.zoom)
+        assert width is not None
+        size = np.pi - sky_lines.wide_reach(self.camera, edge_phase, self.zoom)
+        return np.sqrt(2 * (1 + size / width(edge_phase)))
+
+    @property
     def falls(self) -> bool:
         """True if the rays that reach the surface fall in: those of the first arrival within the camera's radius."""
         return not self.surface.second_arrival
@@ -132,9 +144,8 @@ class TwoLeaves(OneLeaf):
         rim = _rim(self.camera, float(self.surface.radius), self.zoom)
         if rim is None:
             return self._beside(edge_phase, -size * np.exp(-depth)), np.zeros_like(depth, bool)
-        width = rim(edge_phase)
         # The two forms have one value and two derivatives in common at the rim.
-        fold = np.sqrt(2 * (width + size) / width)
+        width, fold = rim(edge_phase), self.rim(edge_phase)
         away = depth - fold
         falling = width - (width + size) * (away / fold) ** 2
         # 1 / cosh, which has no overflow far down.

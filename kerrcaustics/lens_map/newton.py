@@ -74,6 +74,8 @@ def find_roots(
         done = settled | (allowed & (distance <= _ERRORS * beams.error))
         found[active[done | last]] = True
         going = last | (~done & (part[active] > _SHORTEST_PART) & np.isfinite(residual[active]))
+        # Where a beam is flat within rounding no step is known.
+        going &= np.isfinite(step[active]).all(axis=1)
         active, last = active[going], last[going]
         if active.size == 0:
             break

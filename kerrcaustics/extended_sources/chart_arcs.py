@@ -1,0 +1,162 @@
+"""Smooth arcs along the steps of contours, and along the rim: pieces of the boundaries of images."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.polynomial import chebyshev
+
+from kerrcaustics.extended_sources.arcs import DERIVATIVE, GUESSED, NODES, WEIGHTS, BoundaryArcs, along, values_at
+from kerrcaustics.extended_sources.chart_curves import on_curves
+from kerrcaustics.extended_sources.contours import Contours, Steps
+from kerrcaustics.extended_sources.patches import FROM_RIM, Patch
+from kerrcaustics.spacetime.rows import Rows
+from kerrcaustics.spacetime.sphere import lengths
+
+Array = np.ndarray
+
+_TURN = 2 * math.pi
+_PLACES = (1 + np.concatenate([NODES, GUESSED, [0.0]])) / 2
+_TO_CHECK = values_at(NODES, GUESSED)
+# Rounds of halving; arcs that are halved together, at most; an arc is not halved where its error is below so many times
+# that of its points, nor is one in doubt whose error is below the last number, radians squared by the area.
+_MOST_HALVINGS, _MOST_ARCS, _ROUND_OFF, _SMALL = 14, 4000, 3.0, 1e-7
+# Longest arcs of the rim, radians of edge phase; how close to it nodes lie, a part of the chart.
+_LONGEST, _CLOSE = 0.25, 1e-12
+# Places along a step at which the distance of a caustic is looked at; imaginary parts below this are round-off.
+_EXTREME_NODES, _REAL = chebyshev.chebpts1(7), 1e-6
+LIMB, RIM = 0, -1
+"""Orders of arcs that belong to no critical curve."""
+
+
+@dataclass(frozen=True)
+class ChartArcs(Rows):
+    """Arcs on the search sky.
+
+    arcs: their index is that of the images beside them, of critical curves the order; order: of the critical curve,
+    `LIMB` or `RIM`; sign: 1 where the images, or of critical curves those of lower index, lie to the left, else -1;
+    doubtful: True where a curve is lost.
+    """
+
+    arcs: BoundaryArcs
+    order: Int[Array, " arcs"]
+    sign: Float[Array, " arcs"]
+    doubtful: Int[Array, " arcs"]
+
+    @property
+    def last_node(self) -> int:
+        """The highest number of a node, 0 if there is none."""
+        return int(max(self.arcs.left.max(initial=0), self.arcs.right.max(initial=0)))
+
+
+def arcs_along(patch: Patch, found: Contours, wanted: float) -> ChartArcs:
+    """Arcs along the steps of contours; wanted: error of the area, a part of it, about."""
+    steps, parts, area = found.steps, [_none()], 0.0
+    first = found.last_node + 1
+    for halving in range(_MOST_HALVINGS + 1):
+        if not len(steps):
+            break
+        arcs, off, noise, middle = _polynomials(patch, steps)
+        size = lengths(along(DERIVATIVE, arcs.arcs.points)) @ WEIGHTS
+        area = area or float((size.sum() / 2) ** 2 / len(steps))
+        good = (off <= wanted * area / len(steps)) | (off <= _ROUND_OFF * noise)
+        good &= noise < size**2
+        kept = good | (halving == _MOST_HALVINGS) | ((~good).sum() > _MOST_ARCS)
+        doubtful = (~good & ~(arcs.arcs.error <= _SMALL * area)).astype(int)
+        parts.append(replace(arcs, doubtful=doubtful)[kept])
+        steps, first = _halved(steps[~kept], middle[~kept], first)
+    return parts[0].joined(*parts[1:])
+
+
+def _polynomials(
+    patch: Patch, steps: Steps
+) -> tuple[ChartArcs, Float[Array, " steps"], Float[Array, " steps"], Float[Array, "steps 2"]]:
+    """Arcs along steps, what they miss the curve by and its own error, as areas, and places in the middle."""
+    places = np.tile(_PLACES, (len(steps), 1))
+    curve = on_curves(patch, steps.scale, steps.start, steps.stop, places, steps.order)
+    sky = curve.seen.sky.reshape(*places.shape, 3)
+    points, check = sky[:, : len(NODES)], sky[:, len(NODES) : -1]
+    size = lengths(along(DERIVATIVE, points)) @ WEIGHTS
+    off = lengths(along(_TO_CHECK, points) - check).max(axis=1) * size
+    noise = curve.error.max(axis=1) * size
+    error = np.where(np.isfinite(off + noise), off + noise, np.inf)
+    start, stop = (patch.seen(*ends.T).sky for ends in (steps.start, steps.stop))
+    arcs = BoundaryArcs(steps.index, steps.left, steps.right, start, stop, points, error)
+    sign = patch.sense * _side(patch, steps, curve.slope)
+    return ChartArcs(arcs, steps.order, sign, np.zeros(len(steps), int)), off, noise, curve.place[:, -1]
+
+
+def _side(patch: Patch, steps: Steps, slope: Float[Array, "steps parts"]) -> Float[Array, " steps"]:
+    """1 where the disc, or the images of lower index, lie to the left of a step on the chart, else -1."""
+    rising = np.sign(np.median(slope, axis=1))
+    parity = patch.parity * (1.0 - 2 * ((steps.order - 1) % 2))
+    return np.where(steps.order == LIMB, -rising, parity * rising)
+
+
+def _halved(steps: Steps, middle: Float[Array, "steps 2"], first: int) -> tuple[Steps, int]:
+    """Both halves of steps, and the next number of a node."""
+    new = first + np.arange(len(steps))
+    halves = replace(steps, right=new, stop=middle).joined(replace(steps, left=new, start=middle))
+    return halves, first + len(steps)
+
+
+def _none() -> ChartArcs:
+    number, place, real = np.empty(0, int), np.empty((0, 3)), np.empty(0)
+    points = np.empty((0, len(NODES), 3))
+    return ChartArcs(BoundaryArcs(number, number, number, place, place, points, real), number, real, number)
+
+
+def extremes(patch: Patch, found: Contours) -> Float[Array, " extremes"]:
+    """Extremes of the distance of caustics within a disc from its centre."""
+    steps = found.steps[found.steps.order > 0]
+    if not len(steps):
+        return np.empty(0)
+    parts = np.tile((1 + _EXTREME_NODES) / 2, (len(steps), 1))
+    seen = on_curves(patch, steps.scale, steps.start, steps.stop, parts, steps.order).seen
+    distance = patch.disc.distance(seen.place).reshape(parts.shape)
+    values = []
+    for row in chebyshev.chebfit(_EXTREME_NODES, distance.T, len(_EXTREME_NODES) - 1).T:
+        roots = chebyshev.chebroots(chebyshev.chebder(row))
+        places = roots.real[(np.abs(roots.imag) < _REAL) & (np.abs(roots.real) <= 1 + _REAL)]
+        values.append(chebyshev.chebval(places, row))
+    return np.concatenate(values)
+
+
+def rim_arcs(patch: Patch, found: Contours, first: int) -> ChartArcs:
+    """Arcs of the rim of a chart on which it leads to the disc; first: number of the first new node."""
+    if not patch.rim:
+        return _none()
+    height = patch.high if patch.rim > 0 else patch.low
+    here = np.flatnonzero(np.abs(found.nodes.place[:, 1] - height) <= _CLOSE * (patch.high - patch.low))
+    phase = found.nodes.place[here, 0] % _TURN
+    order = np.argsort(phase)
+    here, phase = found.nodes.number[here][order], phase[order]
+    if not len(here):
+        here, phase, first = np.array([first]), np.zeros(1), first + 1
+    low, high, left, right = phase, np.append(phase[1:], phase[0] + _TURN), here, np.roll(here, -1)
+    middle = patch.seen((low + high) / 2, np.full(len(low), height))
+    within = (middle.height < 0) & (middle.index <= patch.max_index)
+    parts = [_none()]
+    for a, b, i, j, k in zip(low[within], high[within], left[within], right[within], middle.index[within], strict=True):
+        count = math.ceil((b - a) / _LONGEST)
+        numbers = np.concatenate([[i], first + np.arange(count - 1), [j]])
+        first += count - 1
+        parts.append(_rim(patch, height, np.linspace(a, b, count + 1), numbers, int(k)))
+    return parts[0].joined(*parts[1:])
+
+
+def _rim(patch: Patch, height: float, phase: Array, numbers: Array, index: int) -> ChartArcs:
+    """Arcs of the rim between edge phases."""
+    count = len(numbers) - 1
+    low, high = phase[:-1, None], phase[1:, None]
+    at = low + (high - low) * np.append(_PLACES[:-1], [0.0, 1.0])
+    sky = patch.lines(at.ravel(), np.full(at.size, height)).reshape(*at.shape, 3)
+    points, check = sky[:, : len(NODES)], sky[:, len(NODES) : -2]
+    size = lengths(along(DERIVATIVE, points)) @ WEIGHTS
+    # What lies between the chart and the rim is narrower than this part of its distance from the hole.
+    off = (lengths(along(_TO_CHECK, points) - check).max(axis=1) + FROM_RIM**2) * size
+    arcs = BoundaryArcs(np.full(count, index), numbers[:-1], numbers[1:], sky[:, -2], sky[:, -1], points, off)
+    # Above the lower side of a chart the disc lies to the left, below the upper one to the right.
+    sign = np.full(count, -patch.rim * patch.sense)
+    return ChartArcs(arcs, np.full(count, RIM), sign, np.zeros(count, int))

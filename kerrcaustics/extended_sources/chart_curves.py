@@ -1,0 +1,161 @@
+"""Places on the limb of a disc, or on a critical curve, next to chords on a chart: the curve as a graph over these."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from scipy.optimize import elementwise
+
+from kerrcaustics.extended_sources.patches import Patch, Seen
+from kerrcaustics.spacetime.rows import Rows
+from kerrcaustics.spacetime.sphere import lengths
+
+Array = np.ndarray
+
+# Steps of the secant method; its first one, the longest way, and the shortest one that tells a slope, in lengths of the
+# chord. A place is on a curve within so many errors, and off it beyond so many and so far.
+_MOST_STEPS, _FIRST, _FARTHEST, _SHORTEST = 15, 1e-3, 1.0, 1e-7
+_ERRORS, _MOST_ERRORS, _SMALL = 3.0, 10.0, 1e-9
+_TIGHT = {"xatol": 1e-15, "xrtol": 1e-15}
+
+
+@dataclass(frozen=True)
+class OnCurves:
+    """Places on curves, at parts of chords.
+
+    place: on the chart; seen: the rays there, one after another; slope: by how much what vanishes on the curve grows to
+    the left over the length of the chord; error: of the directions across the curve, radians, infinite where it is
+    lost.
+    """
+
+    place: Float[Array, "chords parts 2"]
+    seen: Seen
+    slope: Float[Array, "chords parts"]
+    error: Float[Array, "chords parts"]
+
+
+@dataclass(frozen=True)
+class _Lines(Rows):
+    """Lines across chords.
+
+    base: on the chord; left: across it, as long as it is; limb: True where that is looked for, else a critical curve.
+    """
+
+    base: Float[Array, "lines 2"]
+    left: Float[Array, "lines 2"]
+    limb: Bool[Array, " lines"]
+
+    def at(self, patch: Patch, way: Float[Array, " lines"]) -> tuple[Seen, Float[Array, " lines"], Array]:
+        """Rays on the lines, what vanishes on the curve, and its error."""
+        seen = patch.seen(*(self.base + way[:, None] * self.left).T)
+        return (
+            seen,
+            np.where(self.limb, seen.height, seen.ratio),
+            np.where(self.limb, seen.error, seen.ratio_error),
+        )
+
+
+@dataclass(frozen=True)
+class _Search(Rows):
+    """The secant method on lines.
+
+    way_0, way: two ways along each, the second one the better; value_0, value: there; error: of the second value;
+    slope: of the values.
+    """
+
+    way_0: Float[Array, " lines"]
+    way: Float[Array, " lines"]
+    value_0: Float[Array, " lines"]
+    value: Float[Array, " lines"]
+    error: Float[Array, " lines"]
+    slope: Float[Array, " lines"]
+
+    @property
+    def ahead(self) -> Float[Array, " lines"]:
+        """The next way."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            step = self.value * (self.way - self.way_0) / (self.value - self.value_0)
+        return np.clip(self.way - np.nan_to_num(step), -_FARTHEST, _FARTHEST)
+
+    def moved(self, way: Array, value: Array, error: Array) -> "_Search":
+        """The search after a step, which may have led away from the curve."""
+        step, better = way - self.way, np.abs(value) < np.abs(self.value)
+        rate = (value - self.value) / np.where(step == 0, 1, step)
+        slope = np.where(np.abs(step) > _SHORTEST, rate, self.slope)
+        return _Search(
+            np.where(better, self.way, way),
+            np.where(better, way, self.way),
+            np.where(better, self.value, value),
+            np.where(better, value, self.value),
+            np.where(better, error, self.error),
+            slope,
+        )
+
+    def updated(self, rows: Int[Array, " rows"], new: "_Search") -> "_Search":
+        """The search with some lines replaced."""
+        columns = {name: values.copy() for name, values in vars(self).items()}
+        for name, values in columns.items():
+            values[rows] = getattr(new, name)
+        return replace(self, **columns)
+
+
+def on_curves(
+    patch: Patch,
+    scale: Float[Array, "chords 2"],
+    start: Float[Array, "chords 2"],
+    stop: Float[Array, "chords 2"],
+    part: Float[Array, "chords parts"],
+    order: Int[Array, " chords"],
+) -> OnCurves:
+    """Places at parts of chords, led across them to the limb, where the order is 0, or to critical curves.
+
+    scale: lengths on the chart that are taken for equal.
+    """
+    chord = (stop - start) / scale
+    left = np.stack([-chord[:, 1], chord[:, 0]], axis=-1) * scale
+    base = start[:, None] + part[..., None] * (stop - start)[:, None]
+    count = part.shape[1]
+    lines = _Lines(base.reshape(-1, 2), np.repeat(left, count, axis=0), np.repeat(order == 0, count))
+    search, lever = _begun(patch, lines)
+    active = np.arange(len(lines.base))
+    for _ in range(_MOST_STEPS):
+        active = active[~(np.abs(search.value[active]) <= _ERRORS * search.error[active])]
+        if not len(active):
+            break
+        here = search[active]
+        way = here.ahead
+        search = search.updated(active, here.moved(way, *lines[active].at(patch, way)[1:]))
+    seen, value, error = lines.at(patch, search.way)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        off = (np.abs(value) + error) / np.abs(search.slope)
+        lost = (np.abs(value) > _MOST_ERRORS * error) & (off > _SMALL)
+    off = np.where(lost | ~np.isfinite(off), np.inf, off * lever)
+    place = (lines.base + search.way[:, None] * lines.left).reshape(*part.shape, 2)
+    return OnCurves(place, seen, search.slope.reshape(part.shape), off.reshape(part.shape))
+
+
+def _begun(patch: Patch, lines: _Lines) -> tuple[_Search, Float[Array, " lines"]]:
+    """The search on the chord and next to it; by how much directions change over the length of the chord."""
+    zero, first = np.zeros(len(lines.base)), np.full(len(lines.base), _FIRST)
+    (here, value, error), (beside, other, _) = lines.at(patch, zero), lines.at(patch, first)
+    lever = lengths(beside.sky - here.sky) / _FIRST
+    return _Search(first, zero, other, value, error, (other - value) / _FIRST), lever
+
+
+def meetings(
+    patch: Patch, scale: Float[Array, "steps 2"], start: Float[Array, "steps 2"], stop: Float[Array, "steps 2"]
+) -> Float[Array, "steps 2"]:
+    """Places on the limb, between ends of steps along it, where beams are flat."""
+    if not len(start):
+        return start
+
+    def place(part: Array, *ends: Array) -> Array:
+        a, b, sides = (np.stack(ends[i : i + 2], axis=-1) for i in (0, 2, 4))
+        return on_curves(patch, sides, a, b, part[:, None], np.zeros(len(a), int)).place[:, 0]
+
+    def value(part: Array, *ends: Array) -> Array:
+        return patch.seen(*place(part, *ends).T).ratio
+
+    args = (*start.T, *stop.T, *scale.T)
+    root = elementwise.find_root(value, (np.zeros(len(start)), np.ones(len(start))), args=args, tolerances=_TIGHT)
+    return place(np.where(np.isfinite(root.x), root.x, 0.5), *args)

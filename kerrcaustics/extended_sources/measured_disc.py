@@ -1,0 +1,75 @@
+"""The images of a disc on a viewer's sky, as they are measured."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from kerrcaustics.extended_sources.arcs import BoundaryArcs
+from kerrcaustics.extended_sources.area import Boundary
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredDisc:
+    """The images of a disc on a viewer's sky.
+
+    angle: radius of the disc, radians, in the plane a length; solid_angle: of the disc, from the centre of its sphere,
+    in the plane its area, weighted by its brightness; boundaries, arcs: of the images of all indices; points: of the
+    arcs, on the viewer's sky, between their ends; sign: 1 where the image lies to the left of an arc, -1 where to the
+    right; area, error: of the images, weighted, in units of the sky; shares, share_errors: by index; moment: integral
+    of the place over the images; remarks: what is in doubt.
+    """
+
+    angle: float
+    solid_angle: float
+    arcs: BoundaryArcs
+    points: Float[Array, "arcs nodes axes"]
+    sign: Float[Array, " arcs"]
+    boundaries: list[Boundary]
+    area: float
+    error: float
+    shares: Float[Array, " indices"]
+    share_errors: Float[Array, " indices"]
+    moment: Float[Array, " axes"]
+    remarks: tuple[str, ...]
+
+    @property
+    def certified(self) -> bool:
+        """True where nothing is in doubt."""
+        return not self.remarks
+
+    def between(self, low: "MeasuredDisc", high: "MeasuredDisc") -> "MeasuredDisc":
+        """The same disc, its images between those of a smaller disc and of a larger one."""
+        return replace(
+            low,
+            angle=self.angle,
+            solid_angle=self.solid_angle,
+            area=(low.area + high.area) / 2,
+            error=max(low.error, high.error) + abs(high.area - low.area) / 2,
+            shares=(low.shares + high.shares) / 2,
+            share_errors=np.maximum(low.share_errors, high.share_errors) + np.abs(high.shares - low.shares) / 2,
+            moment=(low.moment + high.moment) / 2,
+        )
+
+
+def outline_of(disc: MeasuredDisc, bound: Boundary) -> tuple[Float[Array, "points axes"], Int[Array, " points"]]:
+    """Places along a boundary, the image to the left, with the Morse index of the images there."""
+    left, right = (side[bound.arcs].tolist() for side in (disc.arcs.left, disc.arcs.right))
+    at: dict[int, list[int]] = {}
+    for arc, pair in enumerate(zip(left, right, strict=True)):
+        for node in pair:
+            at.setdefault(node, []).append(arc)
+    sky, index, unused = [], [], set(range(len(left)))
+    arc, node = 0, (left if disc.sign[bound.arcs[0]] > 0 else right)[0]
+    while arc in unused:
+        unused.discard(arc)
+        forward = node == left[arc]
+        points = bound.points[arc][:-1] if forward else bound.points[arc][:0:-1]
+        sky.append(points)
+        # Arcs of the last critical curve have its order, which is one more than the highest index.
+        index.append(np.full(len(points), min(disc.arcs.index[bound.arcs[arc]], len(disc.shares) - 1)))
+        node = right[arc] if forward else left[arc]
+        arc = next((other for other in at[node] if other in unused), -1)
+    return np.concatenate(sky), np.concatenate(index)

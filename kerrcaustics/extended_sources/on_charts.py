@@ -1,0 +1,268 @@
+"""The images of a uniform disc on a sphere within the viewer's radius, or in the equatorial plane, with a certificate.
+
+Their boundaries are contours on charts in which the map is smooth: the limb of the disc, the rim, where both arrivals
+at a sphere meet, and the last critical curve.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from kerrcaustics.beams.ends import End
+from kerrcaustics.curves.critical_curves import CriticalCurves
+from kerrcaustics.extended_sources.arcs import with_ends
+from kerrcaustics.extended_sources.area import (
+    boundaries,
+    closed,
+    flat_from_hole,
+    seen_points,
+    total,
+    turns_about,
+    winding,
+)
+from kerrcaustics.extended_sources.chart_arcs import LIMB, ChartArcs, arcs_along, extremes, rim_arcs
+from kerrcaustics.extended_sources.contours import contours
+from kerrcaustics.extended_sources.measured_disc import MeasuredDisc
+from kerrcaustics.extended_sources.nearby_caustics import curves_near
+from kerrcaustics.extended_sources.patches import Disc, Patch, patches_in_plane, patches_within
+from kerrcaustics.images.certificates import certificate_of
+from kerrcaustics.images.circle_arcs import arcs_of
+from kerrcaustics.images.sheets import bounding_curves
+from kerrcaustics.lens_map.domains import Ring, TwoLeaves, domain_of
+from kerrcaustics.lens_map.search_sky import search_camera, search_sky
+from kerrcaustics.spacetime.frame import sky_from_line_of_sight
+from kerrcaustics.spacetime.rows import Rows
+from kerrcaustics.spacetime.viewer import Viewer
+from kerrcaustics.tracks.level_curves.circle import Circle
+
+Array = np.ndarray
+
+# Wanted error of the area, a part of it.
+_WANTED = 1e-10
+# Places whose images are looked at, in radii from the centre, and circles about the hole in the plane; how close to the
+# limb a place is left out, in radii; most points of critical curves.
+_INSIDE, _BESIDE_IT = np.array([0.0, 0.35, -0.35, 0.7, -0.7]), np.array([1.2, -1.2, 1.5, -1.5])
+_CIRCLES, _MARGIN, _MOST_POINTS = np.array([0.0, 0.6, -0.6]), 0.02, 80
+_ROUND = 1e-3
+
+
+@dataclass(frozen=True)
+class _Witnesses(Rows):
+    """Directions of light from known places: whether it comes from the disc, and with the second arrival."""
+
+    sky: Float[Array, "n 3"]
+    inside: Bool[Array, " n"]
+    second_arrival: Bool[Array, " n"]
+
+
+def measured_on_charts(
+    viewer: Viewer, surface: End, centre: Float[Array, " axes"], size: float, max_index: int, *, nested: bool = False
+) -> MeasuredDisc:
+    """The images of a disc; parameters as for `measured`."""
+    disc = Disc(surface, centre, size)
+    patches, curves = _patches(viewer, disc, max_index)
+    parts, remarks = [], []
+    for patch in patches:
+        found = contours(patch)
+        arcs = arcs_along(patch, found, _WANTED)
+        first = 1 + max(arcs.last_node, found.last_node)
+        parts.append(arcs.joined(rim_arcs(patch, found, first)))
+        remarks += found.remarks
+        if doubtful := int(arcs.doubtful.sum()):
+            remarks.append(f"{doubtful} arcs of the boundary are in doubt")
+    camera = search_camera(viewer)
+    witnesses, doubts = _witnesses(viewer, disc, max_index, curves, _CIRCLES[: 1 if nested else None])
+    remarks += [*doubts, *_checked(camera, patches, parts, max_index, witnesses)]
+    return _summed(viewer, disc, max_index, parts, tuple(dict.fromkeys(remarks)))
+
+
+def _patches(viewer: Viewer, disc: Disc, max_index: int) -> tuple[list[Patch], CriticalCurves | None]:
+    """The charts of a disc, and on spheres the critical curves."""
+    camera = search_camera(viewer)
+    domain = domain_of(disc.surface.bare(), camera)
+    if isinstance(domain, Ring):
+        return patches_in_plane(domain, disc, max_index), None
+    assert isinstance(domain, TwoLeaves)
+    curves = curves_near(bounding_curves(camera, max_index, domain.surface), Circle.about(disc.centre, disc.size))
+    return patches_within(domain, curves, disc, max_index), curves
+
+
+def touching_radii_on_charts(
+    viewer: Viewer, surface: End, centre: Float[Array, " axes"], size: float, max_index: int
+) -> Float[Array, " radii"]:
+    """Radii of smaller discs whose limb touches a caustic or passes a cusp; parameters as for `measured`."""
+    patches, _ = _patches(viewer, Disc(surface, centre, size), max_index)
+    return np.sort(np.concatenate([extremes(patch, contours(patch)) for patch in patches]))
+
+
+def _signs(arcs: ChartArcs, index: int | None, max_index: int) -> Float[Array, " arcs"]:
+    """1 where images of an index, or of all, lie to the left of arcs, -1 where to the right, and 0 beside others."""
+    ordinary, of = arcs.order <= LIMB, arcs.arcs.index
+    if index is None:
+        return np.where(ordinary | (arcs.order == max_index + 1), arcs.sign, 0.0)
+    sign = np.select([ordinary & (of == index), arcs.order == index + 1, arcs.order == index], [1.0, 1.0, -1.0], 0.0)
+    # No critical curve has the order of the limb.
+    return np.where(~ordinary | (of == index), sign, 0.0) * arcs.sign
+
+
+def _summed(
+    viewer: Viewer, disc: Disc, max_index: int, parts: list[ChartArcs], remarks: tuple[str, ...]
+) -> MeasuredDisc:
+    """The areas within all arcs."""
+    first, numbered = 0, []
+    for part in parts:
+        arcs = replace(part.arcs, left=part.arcs.left + first, right=part.arcs.right + first)
+        numbered.append(replace(part, arcs=arcs))
+        first = 1 + max(first, numbered[-1].last_node)
+    whole = numbered[0].joined(*numbered[1:])
+    sky = search_sky(viewer)
+    hole = sky.shown(_hole(search_camera(viewer))[None])[0]
+    points, error = seen_points(sky, whole.arcs)
+
+    def bounded(sign: Array) -> list:
+        chosen = np.flatnonzero(sign)
+        if not len(chosen):
+            return []
+        return boundaries(whole.arcs[chosen], points[chosen], error[chosen], sign[chosen], hole)
+
+    shares, share_errors = np.zeros(max_index + 1), np.zeros(max_index + 1)
+    for k in range(max_index + 1):
+        (shares[k], *_), share_errors[k] = total(bounded(_signs(whole, k, max_index)), len(hole))
+    sign = _signs(whole, None, max_index)
+    bounds = bounded(sign)
+    light, off = total(bounds, len(hole))
+    if not abs(shares.sum() - light[0]) <= share_errors.sum() + off:
+        remarks += ("the shares of all Morse indices do not add up to the whole",)
+    chosen = sign != 0
+    return MeasuredDisc(
+        angle=disc.size,
+        solid_angle=disc.area,
+        arcs=whole.arcs[chosen],
+        points=points[chosen],
+        sign=sign[chosen],
+        boundaries=bounds,
+        area=float(light[0]),
+        error=off,
+        shares=shares,
+        share_errors=share_errors,
+        moment=light[1:],
+        remarks=remarks,
+    )
+
+
+def _hole(camera: Viewer) -> Float[Array, " 3"]:
+    return sky_from_line_of_sight(camera.frame(), np.array([[-1.0, 0.0, 0.0]]))[0]
+
+
+def _witnesses(
+    viewer: Viewer, disc: Disc, max_index: int, curves: CriticalCurves | None, circles: Float[Array, " circles"]
+) -> tuple[_Witnesses, list[str]]:
+    """Images of places in the disc and beside it, and points of critical curves; what is in doubt.
+
+    circles: about the hole in the plane, on which places are looked at: distances from the centre in radii.
+    """
+    surface = disc.surface
+    certificate = certificate_of(surface, viewer, max_index)
+    places = _probes(disc, circles)
+    found = certificate.searched(places)
+    sure, height = found.certified, disc.height(surface.vectors(places))
+    remarks = []
+    if not (sure & (height < 0)).any():
+        remarks.append("no place within the disc has certified images")
+    images = found.images[sure[found.images.star]]
+    witnesses = _Witnesses(images.sky, height[images.star] < 0, images.second_arrival)
+    critical = _of_curves(disc, curves, max_index) if curves else _of_folds(viewer, disc, max_index, circles)
+    return witnesses.joined(critical), remarks
+
+
+def _probes(disc: Disc, circles: Float[Array, " circles"]) -> Float[Array, "places 2"]:
+    """Coordinates of places in and beside the disc: few levels hold all of them, as levels are what takes time."""
+    x = disc.centre
+    if len(x) == 2:
+        radius, phi = math.hypot(*x), math.atan2(x[1], x[0])
+        rows = []
+        for part in circles.tolist():
+            r, wide = radius + part * disc.size, math.sqrt(1 - part * part) * disc.size
+            rows += [(r, phi + away * wide / r) for away in (*_INSIDE, *_BESIDE_IT)]
+        places = np.array(rows)
+    else:
+        theta, phi = math.acos(np.clip(x[2], -1, 1)), math.atan2(x[1], x[0])
+        sine = max(math.sin(theta), math.sin(disc.size / 2))
+        parts = [away * disc.size / sine for away in (*_INSIDE, *_BESIDE_IT)]
+        places = np.array([(theta, phi + part) for part in parts if abs(part) <= math.pi])
+    height = disc.height(disc.surface.vectors(places))
+    if len(x) == 3 and not (height > _MARGIN * disc.size).any():
+        places = np.concatenate([places, [[math.pi - places[0, 0], places[0, 1] + math.pi]]])
+        height = disc.height(disc.surface.vectors(places))
+    return places[np.abs(height) > _MARGIN * disc.size]
+
+
+def _of_curves(disc: Disc, curves: CriticalCurves, max_index: int) -> _Witnesses:
+    """Points of critical curves between images, which lie within these if the caustic does within the disc."""
+    parts = []
+    for curve in curves.curves[:max_index]:
+        points = curve.points
+        second = curves.domain.line_of_sight(points.edge_phase, points.depth)[1]
+        sky = sky_from_line_of_sight(curves.map.camera.frame(), points.line_of_sight)
+        parts.append((sky, disc.height(points.direction), second))
+    return _chosen(disc, parts)
+
+
+def _of_folds(viewer: Viewer, disc: Disc, max_index: int, circles: Float[Array, " circles"]) -> _Witnesses:
+    """The same in the plane, on some circles about the hole."""
+    domain, parts = domain_of(disc.surface, viewer), []
+    assert isinstance(domain, Ring)
+    radius = math.hypot(*disc.centre)
+    for part in circles.tolist():
+        arcs = arcs_of(domain, radius + part * disc.size)
+        last = np.maximum(arcs.index, np.roll(arcs.index, 1))
+        folds = arcs.low[arcs.folded & (last <= max_index)]
+        places = np.stack([folds.radius, folds.azimuth], axis=-1)
+        parts.append((folds.sky, disc.height(disc.surface.vectors(places)), np.zeros(len(folds), bool)))
+    return _chosen(disc, parts)
+
+
+def _chosen(disc: Disc, parts: list[tuple[Array, Array, Array]]) -> _Witnesses:
+    """Some of the points, those nearest to the limb, but not on it."""
+    if not parts:
+        return _Witnesses(np.empty((0, 3)), np.empty(0, bool), np.empty(0, bool))
+    sky, height, second = (np.concatenate(column) for column in zip(*parts, strict=True))
+    clear = np.flatnonzero(np.abs(height) > _MARGIN * disc.size)
+    chosen = []
+    for side in (-1, 1):
+        these = clear[np.sign(height[clear]) == side]
+        these = these[np.argsort(np.abs(height[these]))]
+        chosen.append(these[:: max(1, len(these) // _MOST_POINTS)] if side < 0 else these[:_MOST_POINTS])
+    which = np.concatenate(chosen)
+    return _Witnesses(sky[which], height[which] < 0, second[which])
+
+
+def _checked(
+    camera: Viewer, patches: list[Patch], parts: list[ChartArcs], max_index: int, witnesses: _Witnesses
+) -> list[str]:
+    """What speaks against the boundary of the images: ends of arcs, and windings about witnesses."""
+    hole, remarks, wrong = _hole(camera), [], 0
+    for patch, part in zip(patches, parts, strict=True):
+        here = witnesses[witnesses.second_arrival == patch.second_arrival]
+        for k in (None, *range(max_index + 1)):
+            sign = _signs(part, k, max_index)
+            chosen = sign != 0
+            if chosen.any() and not closed(part.arcs[chosen]):
+                return ["the boundary of the images is not closed"]
+        sign = _signs(part, None, max_index)
+        chosen = sign != 0
+        if not chosen.any():
+            wrong += int(here.inside.sum())
+            continue
+        arcs, sign = part.arcs[chosen], sign[chosen]
+        points = with_ends(arcs.start, arcs.points, arcs.stop)
+        # The direction to the hole, at infinity in this plane, may belong to an image.
+        about = round(float(sign @ turns_about(hole, points)))
+        about = about + winding(flat_from_hole(points, hole), sign, flat_from_hole(here.sky, hole))
+        wrong += int((~(np.abs(about - here.inside) <= _ROUND)).sum())
+    if wrong:
+        count = len(witnesses.inside)
+        remarks.append(f"{wrong} of {count} images of places in and beside the disc lie on the wrong side")
+    return remarks

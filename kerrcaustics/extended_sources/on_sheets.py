@@ -1,0 +1,215 @@
+"""The images of a disc on a sphere that rays reach once: areas by Morse index, certified that none is missing."""
+
+import math
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from kerrcaustics.beams.ends import End
+from kerrcaustics.extended_sources.arcs import BoundaryArcs, with_ends
+from kerrcaustics.extended_sources.area import (
+    Boundary,
+    Weight,
+    boundaries,
+    closed,
+    flat_from_hole,
+    seen_points,
+    total,
+    turns_about,
+    winding,
+)
+from kerrcaustics.extended_sources.critical_arcs import critical_arcs
+from kerrcaustics.extended_sources.limb import GuessedArcs, Limb
+from kerrcaustics.extended_sources.measured_disc import MeasuredDisc
+from kerrcaustics.extended_sources.nearby_caustics import distance, refined_near
+from kerrcaustics.extended_sources.skeleton import of_branches, of_small_images
+from kerrcaustics.images.search import search
+from kerrcaustics.images.sheets import Sheets, sheets_of
+from kerrcaustics.lens_map.search_sky import SearchSky, search_sky
+from kerrcaustics.spacetime.sphere import moved
+from kerrcaustics.spacetime.viewer import Viewer
+from kerrcaustics.tracks.level_curves.branches import Branches
+from kerrcaustics.tracks.level_curves.circle import Circle
+from kerrcaustics.tracks.level_curves.path_events import PathEvents
+
+Array = np.ndarray
+
+# Wanted error of the area, a part of it.
+_WANTED = 1e-10
+# The limb of a disc is taken from a few points where no caustic is closer to its centre than so many radii.
+_CLEAR = 1.05
+# Longest step, radians, between points of the limb from which its arcs are guessed.
+_LONGEST_STEP = math.radians(30.0)
+# Places about which the winding of the boundary may be looked at: distances from the centre in radii, and azimuths. The
+# two in the disc, and the one beside it, that are farthest from the caustics are.
+_PROBES = np.array(
+    [(0.0, 0.0), *((0.3 + 0.06 * i, 2.4 * i) for i in range(9)), *((1.2 + 0.05 * i, 2.4 * i) for i in range(6))]
+)
+_INSIDE, _BESIDE_IT = 2, 1
+# The least area that is taken for that of all images, a part of the largest that a boundary encloses.
+_LEAST_PART = 1e-3
+# How far from a whole number a winding may be.
+_ROUND = 1e-3
+
+
+def measured_on_sheets(
+    viewer: Viewer,
+    surface: End,
+    centre: Float[Array, " 3"],
+    angle: float,
+    max_index: int,
+    weight: Weight | None,
+) -> MeasuredDisc:
+    """The images of a disc on a sphere that rays reach once; parameters as for `measured`."""
+    rim = Circle.about(centre, angle)
+    sheets = refined_near(sheets_of(viewer, max_index, surface), rim)
+    guessed, events, remarks = _guessed(sheets, viewer, rim)
+    sky = search_sky(viewer)
+    wanted = _WANTED * _about(guessed, sheets)
+    first = _next_node(guessed.links.left, guessed.links.right)
+    arcs, doubtful = Limb(sheets.camera, surface, rim).arcs(guessed, first, wanted)
+    if doubtful:
+        remarks += (f"{doubtful} arcs of the limb are in doubt",)
+    critical, doubts = _critical(sheets, rim, events, arcs, wanted)
+    remarks += doubts
+    whole = arcs.joined(critical)
+    points, error = seen_points(sky, whole)
+    hole = sky.shown(_searched_hole(sheets)[None])[0]
+    is_limb = np.arange(len(whole)) < len(arcs)
+    parity = _parity(whole)
+    # A critical curve bounds the images of its own order on the side of the hole, and those of one less beyond.
+    side = _sense(sheets, sky, hole)
+    shares, share_errors = np.zeros(max_index + 1), np.zeros(max_index + 1)
+    for k in range(max_index + 1):
+        outer, inner = ~is_limb & (whole.index == k), ~is_limb & (whole.index == k + 1)
+        sign = np.select([is_limb & (whole.index == k), outer, inner], [parity, side, -side], 0.0)
+        found = _bounded(whole, points, error, sign, hole, weight)
+        (shares[k], *_), share_errors[k] = total(found, len(hole), weight)
+    sign = np.select([is_limb, whole.index == max_index + 1], [parity, -side], 0.0)
+    chosen = sign != 0
+    bounds = _bounded(whole, points, error, sign, hole, weight)
+    light, off = total(bounds, len(hole), weight)
+    if not abs(shares.sum() - light[0]) <= share_errors.sum() + off:
+        remarks += ("the shares of all Morse indices do not add up to the whole",)
+    remarks += _checked(sheets, rim, whole[chosen], sign[chosen], beside_caustics=events is not None)
+    return MeasuredDisc(
+        angle=angle,
+        solid_angle=4 * math.pi * math.sin(angle / 2) ** 2,
+        arcs=whole[chosen],
+        points=points[chosen],
+        sign=sign[chosen],
+        boundaries=bounds,
+        area=float(light[0]),
+        error=off,
+        shares=shares,
+        share_errors=share_errors,
+        moment=light[1:],
+        remarks=remarks,
+    )
+
+
+def _guessed(sheets: Sheets, viewer: Viewer, rim: Circle) -> tuple[GuessedArcs, PathEvents | None, tuple[str, ...]]:
+    """Guesses of the arcs of the limb, the events on it, none where no caustic is near, and what is in doubt."""
+    nearest = min(distance(curve, rim.axes[2]) for curve in sheets.curves)
+    if nearest > _CLEAR * rim.angle:
+        guessed = of_small_images(sheets, rim)
+        if guessed is not None:
+            return guessed, None, ()
+    branches = Branches(sheets, viewer, rim, _LONGEST_STEP)
+    events = branches.events
+    remarks = [*events.remarks, *branches.remarks]
+    if not events.known.all():
+        remarks.append(f"the counts beside {(~events.known).sum()} events on the limb are not what they should be")
+    return of_branches(branches), events, tuple(remarks)
+
+
+def _about(guessed: GuessedArcs, sheets: Sheets) -> float:
+    """The area of the images, about, on the search sky: square radians."""
+    arcs = guessed.arcs()
+    points = with_ends(arcs.start, arcs.points, arcs.stop)
+    hole = _searched_hole(sheets)
+    found = boundaries(arcs, points, arcs.error, _parity(arcs), hole)
+    return max(abs(float(total(found, len(hole))[0][0])), _LEAST_PART * max(abs(one.area) for one in found))
+
+
+def _searched_hole(sheets: Sheets) -> Float[Array, " 3"]:
+    """The direction to the hole on the search sky."""
+    return sheets.sky(np.array([[-1.0, 0.0, 0.0]]))[0]
+
+
+def _next_node(left: Int[Array, " arcs"], right: Int[Array, " arcs"]) -> int:
+    """The first number that no node at the ends of arcs has."""
+    return 1 + int(max(left.max(), right.max()))
+
+
+def _parity(arcs: BoundaryArcs) -> Float[Array, " arcs"]:
+    return 1.0 - 2 * (arcs.index % 2)
+
+
+def _critical(
+    sheets: Sheets, rim: Circle, events: PathEvents | None, arcs: BoundaryArcs, wanted: float
+) -> tuple[BoundaryArcs, tuple[str, ...]]:
+    """The arcs of all critical curves within the images of the disc, and what is in doubt."""
+    found, remarks = arcs[:0], ()
+    if events is None:
+        return found, remarks
+    for curve in sheets.curves:
+        whole = arcs.joined(found)
+        more, doubts = critical_arcs(sheets, rim, events, curve, _next_node(whole.left, whole.right), wanted)
+        found, remarks = found.joined(more), remarks + doubts
+    return found, remarks
+
+
+def _sense(sheets: Sheets, sky: SearchSky, hole: Float[Array, " axes"]) -> float:
+    """1 where critical curves run round the hole anticlockwise as their edge phase grows, else -1."""
+    curve = sheets.curves.curves[-1]
+    places = sky.shown(sheets.sky(curve.points.line_of_sight))
+    return float(np.sign(turns_about(hole, places[None])[0]))
+
+
+def _bounded(
+    arcs: BoundaryArcs, points: Array, error: Array, sign: Array, hole: Array, weight: Weight | None
+) -> list[Boundary]:
+    """The boundaries of the arcs whose sign is not 0."""
+    chosen = np.flatnonzero(sign)
+    if not len(chosen):
+        return []
+    return boundaries(arcs[chosen], points[chosen], error[chosen], sign[chosen], hole, weight)
+
+
+def _checked(
+    sheets: Sheets, rim: Circle, arcs: BoundaryArcs, sign: Float[Array, " arcs"], *, beside_caustics: bool
+) -> tuple[str, ...]:
+    """What speaks against the boundary of the images: ends of arcs, and windings about images of places.
+
+    Places within the disc must have all of their images within the boundary, others none.
+    """
+    if not closed(arcs):
+        return ("the boundary of the images is not closed",)
+    radius, place = _probes(sheets, rim, beside_caustics)
+    found = search(sheets, place)
+    sure = found.certified
+    if not (sure & (radius < 1)).any():
+        return ("no place within the disc has certified images",)
+    images = found.images[sure[found.images.star]]
+    # On the search sky, where images next to the hole are as large as others.
+    hole = _searched_hole(sheets)
+    points = with_ends(arcs.start, arcs.points, arcs.stop)
+    plane, places = flat_from_hole(points, hole), flat_from_hole(images.sky, hole)
+    about = winding(plane, sign, places)
+    expected = radius[images.star] < 1
+    wrong = int((np.abs(about - expected) > _ROUND).sum())
+    return (f"{wrong} of {len(about)} images of places in and beside the disc lie on the wrong side",) if wrong else ()
+
+
+def _probes(
+    sheets: Sheets, rim: Circle, beside_caustics: bool
+) -> tuple[Float[Array, " probes"], Float[Array, "probes 3"]]:
+    """Places in the disc and beside it, far from caustics: distances from its centre, in radii, and directions."""
+    radius, azimuth = _PROBES[_PROBES[:, 0] * rim.angle < math.pi].T
+    centre = np.tile(rim.axes[2], (len(radius), 1))
+    step = np.cos(azimuth)[:, None] * rim.axes[0] + np.sin(azimuth)[:, None] * rim.axes[1]
+    place = moved(centre, (radius * rim.angle)[:, None] * step)
+    far = np.argsort(-sheets.counted(place).distance) if beside_caustics else np.arange(len(radius))
+    chosen = np.concatenate([far[radius[far] < 1][:_INSIDE], far[radius[far] > 1][:_BESIDE_IT]])
+    return radius[chosen], place[chosen]

@@ -1,0 +1,205 @@
+"""Charts of the search sky on which light comes from a disc, however it arrives: the map is smooth in them.
+
+On a sphere within the viewer's radius each arrival has its chart, the lines of domains.py: they share the rim, where
+the sky is folded and the charts are not. In the equatorial plane there is one: lines between two circles that hold the
+disc.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from kerrcaustics.beams.ends import End, EquatorialPlane
+from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.curves.critical_curves import CriticalCurves
+from kerrcaustics.extended_sources.arcs import unit
+from kerrcaustics.lens_map.domains import Ring, TwoLeaves
+from kerrcaustics.lens_map.search_sky import TOLERANCE
+from kerrcaustics.lens_map.sky_lines import lines_across, periodic
+from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.frame import sky_from_line_of_sight
+from kerrcaustics.spacetime.rows import Rows
+from kerrcaustics.spacetime.sphere import angle_between, lengths
+from kerrcaustics.spacetime.viewer import Viewer
+
+Array = np.ndarray
+Lines = Callable[[Array, Array], Array]
+"""Directions N (n, 3) at edge phases and heights (n,)."""
+
+_TURN = 2 * math.pi
+# Depths from the rim at which charts end: the sky between is 1e-10 of the rim's distance from the shadow edge wide, or
+# less. And beyond the last critical curve.
+FROM_RIM, _BEYOND = 1e-5, 0.3
+# Edge phases of the lines whose ends are looked at.
+_LINES = 256
+# Circles about a disc in the plane are so many of its radii from its centre; the nearer ones at least this part of the
+# way from the horizon.
+_AROUND, _FROM_HORIZON = 1.25, 0.5
+# Steps that tell the sense of a chart; edge phases, and a part of its height, at which it is looked at.
+_STEP, _SENSES, _INSIDE = 1e-4, np.array([0.3, 1.7, 3.1, 4.4, 5.9]), 0.3
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A disc on a surface. centre: a vector of the surface; size: radius, radians or in the plane a length."""
+
+    surface: End
+    centre: Float[Array, " axes"]
+    size: float
+
+    def height(self, places: Float[Array, "n axes"]) -> Float[Array, " n"]:
+        """Distance of places from the limb, negative within the disc."""
+        return self.distance(places) - self.size
+
+    def distance(self, places: Float[Array, "n axes"]) -> Float[Array, " n"]:
+        """Distance of places from the centre."""
+        if len(self.centre) == 2:
+            return lengths(places - self.centre)
+        return np.asarray(angle_between(places, self.centre))
+
+    @property
+    def smaller(self) -> float:
+        """The radius of the disc, or of the rest of its sphere where that is smaller."""
+        return self.size if len(self.centre) == 2 else min(self.size, math.pi - self.size)
+
+    @property
+    def area(self) -> float:
+        """Its area: a solid angle about the centre of its sphere; in the plane of r dr dphi."""
+        return math.pi * self.size**2 if len(self.centre) == 2 else 4 * math.pi * math.sin(self.size / 2) ** 2
+
+
+@dataclass(frozen=True)
+class Seen(Rows):
+    """Rays of a chart.
+
+    sky: directions; place: vectors of their ends; height: distance from the limb, negative within the disc, and its
+    error; index: Morse index, or one more than the highest that is wanted; ratio: delta_minus / delta_plus of the beam,
+    and its error.
+    """
+
+    sky: Float[Array, "n 3"]
+    place: Float[Array, "n axes"]
+    height: Float[Array, " n"]
+    error: Float[Array, " n"]
+    index: Int[Array, " n"]
+    ratio: Float[Array, " n"]
+    ratio_error: Float[Array, " n"]
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A chart of directions by edge phase and height, on which light arrives from a disc.
+
+    low, high: range of heights; rim: which of both is the rim, -1 for the lower one, 1 for the upper one, 0 if none
+    is.
+    """
+
+    camera: Viewer
+    disc: Disc
+    surface: End
+    max_index: int
+    lines: Lines
+    low: float
+    high: float
+    rim: int = 0
+
+    @property
+    def second_arrival(self) -> bool:
+        """True for second arrivals at a sphere."""
+        return bool(getattr(self.surface, "second_arrival", False))
+
+    @cached_property
+    def parity(self) -> float:
+        """1 where ratios of beams are positive for even index, -1 where they are negative."""
+        seen = self.seen(_SENSES, np.full(len(_SENSES), self.low + _INSIDE * (self.high - self.low)))
+        return float(np.sign(np.nanmedian(np.sign(seen.ratio) * (1 - 2 * (seen.index % 2)))))
+
+    @cached_property
+    def sense(self) -> float:
+        """1 where the chart is right-handed on the sky, else -1."""
+        middle = np.full(len(_SENSES), (self.low + self.high) / 2)
+        step = _STEP * (self.high - self.low)
+        here = self.lines(_SENSES, middle)
+        along, up = self.lines(_SENSES + _STEP, middle) - here, self.lines(_SENSES, middle + step) - here
+        return float(np.sign(np.median(np.einsum("ni,ni->n", np.cross(along, up), here))))
+
+    def seen(self, phase: Float[Array, " n"], height: Float[Array, " n"]) -> Seen:
+        """The rays at places of the chart."""
+        sky = self.lines(phase, np.clip(height, self.low, self.high))
+        end = self.surface
+        beams = trace_beams(self.camera, sky, "auto", TOLERANCE, end=end, crossings=False, redshift=False)
+        place, index = end.ends(beams), np.asarray(beams.index)
+        return Seen(
+            sky=sky,
+            place=place,
+            height=self.disc.height(place),
+            error=beams.error * end.scale(beams),
+            index=np.minimum(index, self.max_index + 1),
+            ratio=beams.delta_minus / beams.delta_plus,
+            ratio_error=beams.jacobian_error,
+        )
+
+
+def patches_within(domain: TwoLeaves, curves: CriticalCurves, disc: Disc, max_index: int) -> list[Patch]:
+    """The charts of both arrivals, as far as the last of the curves."""
+    camera, surface = domain.camera, domain.surface
+    frame = camera.frame()
+    last = float(curves.curves[-1].points.depth.max()) + _BEYOND
+
+    def sky(phase: Array, depth: Array) -> Array:
+        return sky_from_line_of_sight(frame, domain.line_of_sight(phase, depth)[0])
+
+    if not domain.has_rim:
+        return [Patch(camera, disc, surface, max_index, sky, 0.0, last)]
+
+    def falling(phase: Array, height: Array) -> Array:
+        return sky(phase, height * domain.rim(phase))
+
+    def rising(phase: Array, height: Array) -> Array:
+        return sky(phase, height + domain.rim(phase))
+
+    phases = _TURN * np.arange(_LINES) / _LINES
+    beyond = max(last - float(domain.rim(phases).min()), _BEYOND)
+    second = surface.at_second_arrival()
+    return [
+        Patch(camera, disc, surface, max_index, falling, 0.0, 1 - FROM_RIM, 1),
+        Patch(camera, disc, second, max_index, rising, FROM_RIM, beyond, -1),
+    ]
+
+
+def patches_in_plane(domain: Ring, disc: Disc, max_index: int) -> list[Patch]:
+    """The chart of the lines between two circles about the hole that hold the disc; ValueError if they are not seen."""
+    radius, horizon = float(lengths(disc.centre)), kerr.horizon(domain.camera.spin)
+    nearest = radius - disc.size
+    assert isinstance(domain.surface, EquatorialPlane)
+    radii = np.array(
+        [max(radius - _AROUND * disc.size, horizon + _FROM_HORIZON * (nearest - horizon)), radius + _AROUND * disc.size]
+    )
+    for many in (False, True):
+        circles = domain.circles(many=many)
+        splines = circles.around(radii)
+        if all(spline is not None for spline in splines):
+            break
+    if any(spline is None for spline in splines):
+        raise ValueError(
+            "Arguments `source` and `size` must be of a disc that lies on circles in the plane that are seen once on "
+            f"every line across the shadow edge, but r = {radii[0]:.6g} or {radii[1]:.6g} is not."
+        )
+    camera = circles.camera
+    phases = _TURN * (np.arange(_LINES) + 0.5) / _LINES
+    ends = [
+        circles.on_circle(phases, np.full(_LINES, r), spline(phases)).distance
+        for r, spline in zip(radii.tolist(), splines, strict=True)
+        if spline is not None
+    ]
+    rims = periodic(phases, np.stack(ends, axis=-1))
+
+    def sky(phase: Array, height: Array) -> Array:
+        low, high = rims(phase).T
+        return unit(lines_across(camera, phase).sky(low + height * (high - low)))
+
+    return [Patch(camera, disc, domain.surface.bare(), max_index, sky, 0.0, 1.0)]

@@ -1,0 +1,176 @@
+"""Discs painted on spheres within the viewer's radius and in the equatorial plane: sums over rays, points, shares."""
+
+import math
+
+import numpy as np
+import pytest
+from sum_over_rays import summed
+
+import kerrcaustics as kc
+from kerrcaustics.beams.ends import Sphere
+
+NEAR = kc.Camera(0.9, 20.0, 1.2, "fiducial")
+FAR = kc.Camera(0.95, 1000.0, 1.3, "fiducial")
+FARTHEST = kc.Camera(0.5, 3e5, 1.2, "static")
+MOVING = kc.Camera(0.7, 10.0, 1.0, (0.1, 0.2, 0.4))
+EQUATORIAL = kc.Camera(0.999, 6.03)
+INFINITE = kc.Observer(spin=0.9, inclination=1.1)
+
+# Viewer, centre, radius (an angle on spheres), sphere or crossing, highest index.
+ON_SPHERES = [
+    (NEAR, (1.4, 2.9), 0.3, 8.0, 2),
+    # On the rim, and on the caustic of order 3.
+    (NEAR, (1.4, 1.3), 0.3, 8.0, 2),
+    # The direction to the hole lies within its image, next to its centre.
+    (NEAR, (1.2, 0.05), 0.2, 8.0, 2),
+    (NEAR, (1.4, 2.9), 0.9, 12.0, 0),
+    (FAR, (1.5, 3.1), 0.2, 10.0, 1),
+    (FAR, (1.7, 1.2), 0.4, 6.0, 1),
+    (FARTHEST, (1.8, 3.1), 0.3, 20.0, 1),
+    (MOVING, (2.0, 3.0), 0.3, 7.0, 2),
+    (EQUATORIAL, (1.57, 3.0), 0.3, 4.5, 1),
+    (INFINITE, (1.9, 3.2), 0.3, 10.0, 2),
+    (INFINITE, (1.2, 1.5), 0.3, 8.0, 1),
+    # Within all photon orbits.
+    (INFINITE, (1.1, 0.1), 0.3, 1.5, 0),
+]
+IN_PLANE = [
+    (NEAR, (8.0, 0.4), 0.5, 1, 2),
+    (NEAR, (7.0, 3.0), 1.0, 2, 2),
+    (NEAR, (5.0, 2.9), 0.5, 3, 2),
+    # On the caustic of order 2.
+    (NEAR, (6.3013, -7.6124), 0.3, 2, 2),
+    (FAR, (6.0, 3.1), 2.0, 1, 2),
+    (MOVING, (4.0, 3.3), 1.0, 2, 2),
+    (INFINITE, (8.0, 3.1), 1.0, 1, 2),
+    (INFINITE, (6.0, 3.1), 0.5, 2, 1),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("viewer", "place", "angle", "radius", "max_index"), ON_SPHERES)
+def test_discs_on_spheres_agree_with_sums_over_rays(viewer, place, angle, radius, max_index):
+    seen = kc.magnification(viewer, place, angle * radius, max_index=max_index, end=radius)
+    sphere = Sphere(radius)
+    assert seen.certified
+    expected = summed(viewer, sphere.vectors(np.array([place]))[0], angle, max_index, surface=sphere, levels=5)
+    # Cells of the sum are as coarse as that, above all next to the rim.
+    assert abs(seen.total - expected) < 4e-3 * seen.total
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("viewer", "place", "size", "crossing", "max_index"), IN_PLANE)
+def test_discs_in_the_plane_agree_with_sums_over_rays(viewer, place, size, crossing, max_index):
+    plane = kc.EquatorialPlane(crossing)
+    seen = kc.magnification(viewer, place, size, max_index=max_index, end=plane)
+    assert seen.certified
+    # On a caustic and at the third crossing images are thin: the error of the sum falls by 4 a level.
+    levels = 6 if place[1] < 0 or crossing == 3 else 5
+    expected = summed(viewer, plane.vectors(np.array([place]))[0], size, max_index, surface=plane, levels=levels)
+    assert abs(seen.total - expected) < 3e-3 * seen.total
+
+
+@pytest.mark.parametrize(
+    ("viewer", "place", "end"),
+    [
+        (NEAR, (1.4, 2.9), 8.0),
+        pytest.param(INFINITE, (1.9, 3.2), 10.0, marks=pytest.mark.slow),
+        pytest.param(MOVING, (1.4, 1.3), 7.0, marks=pytest.mark.slow),
+        (NEAR, (8.0, 2.9), kc.EquatorialPlane(1)),
+        pytest.param(INFINITE, (6.0, 3.1), kc.EquatorialPlane(2), marks=pytest.mark.slow),
+        pytest.param(MOVING, (5.0, 1.0), kc.EquatorialPlane(3), marks=pytest.mark.slow),
+    ],
+)
+def test_small_disc_is_as_bright_as_a_point(viewer, place, end):
+    images = kc.star_images(viewer, place, end=end)
+    seen = kc.magnification(viewer, place, 1e-4, end=end)
+    assert images.certified and seen.certified
+    for k, share in seen.per_index.items():
+        # What is left goes by the square of the size.
+        assert abs(share - images.magnification[images.index == k].sum()) <= 1e-7 * share + seen.per_index_error[k]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", [(1.4, 2.9), (1.4, 1.3), (1.2, 0.1)])
+def test_disc_and_the_rest_fill_the_sphere(place):
+    """All images of a sphere have one area, however it is cut into two discs."""
+    theta, phi = place
+    areas = []
+    for angle in (0.15, 1.1):
+        disc = kc.magnification(NEAR, place, angle * 8.0, max_index=1, end=8.0)
+        rest = kc.magnification(NEAR, (math.pi - theta, phi + math.pi), (math.pi - angle) * 8.0, max_index=1, end=8.0)
+        assert disc.certified and rest.certified
+        parts = (disc.total, angle), (rest.total, math.pi - angle)
+        areas.append(sum(total * 4 * math.pi * math.sin(part / 2) ** 2 for total, part in parts))
+        for seen in (disc, rest):
+            shares, off = sum(seen.per_index.values()), sum(seen.per_index_error.values())
+            assert abs(shares - seen.total) <= off + seen.error
+    assert abs(areas[0] - areas[1]) < 1e-7 * areas[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("end", [8.0, kc.EquatorialPlane(2)])
+def test_disc_on_a_caustic_grows_steadily(end):
+    """Between discs there are rings, whose light is positive, and a disc is brightest where the caustic is."""
+    (*_, curve) = kc.caustics(NEAR, orders=2, end=end)
+    far = np.flatnonzero(np.abs(curve.place[:, 0] - 6.0) < 1.0) if end != 8.0 else np.arange(len(curve.place))
+    place = tuple(curve.place[far[len(far) // 3]].tolist())
+    sizes = (0.02, 0.05, 0.1)
+    seen = [kc.magnification(NEAR, place, size, end=end) for size in sizes]
+    assert all(one.certified for one in seen)
+    areas = [one.total * size**2 for one, size in zip(seen, sizes, strict=True)]
+    assert areas[0] < areas[1] < areas[2]
+    # Pairs on a fold are as bright as 1 over the root of the size.
+    assert seen[0].total > seen[1].total > seen[2].total
+    # An image goes over the critical curve.
+    assert any(np.ptp(image.index) > 0 for image in seen[1].images)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("place", "end"), [((1.6, 3.1), 8.0), ((7.0, 3.0), kc.EquatorialPlane(1))])
+def test_limb_darkening_is_a_sum_over_rings(place, end):
+    size = 1.0
+    dark = kc.magnification(NEAR, place, size, max_index=1, end=end, profile=("linear", 0.6))
+    edges = np.linspace(0, 1, 9)
+    discs = [kc.magnification(NEAR, place, size * s, max_index=1, end=end).total for s in edges[1:]]
+    areas = np.array([0.0, *discs * edges[1:] ** 2])
+    middle = (edges[1:] + edges[:-1]) / 2
+    bright = 1 - 0.6 * (1 - np.sqrt(1 - middle**2))
+    rings = (bright * np.diff(areas)).sum() / (bright * np.diff(edges**2)).sum()
+    assert dark.certified and abs(dark.total - rings) < 3e-3 * rings
+
+
+def test_disc_without_images_to_an_index_has_no_light():
+    plane = kc.EquatorialPlane(3)
+    seen = kc.magnification(NEAR, (8.0, 0.4), 0.5, max_index=0, end=plane)
+    assert seen.certified and seen.total == 0 and seen.images == () and np.isnan(seen.centroid).all()
+    assert not kc.star_images(NEAR, (8.0, 0.4), 0, end=plane).per_index[0]
+
+
+def test_image_over_the_rim_is_seen_by_both_arrivals():
+    """On the rim an image is folded: its curves on either arrival have a piece of the rim in common."""
+    seen = kc.magnification(NEAR, (1.4, 1.3), 2.4, max_index=0, end=8.0)
+    assert seen.certified and len(seen.images) == 2
+    one, other = (image.sky for image in seen.images)
+    apart = np.linalg.norm(one[:, None] - other, axis=2).min(axis=1)
+    assert (apart < 1e-5).sum() > 5 and apart.max() > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"size": 30.0}, "Argument `size` must be a radius from 8e-08 to 24.8 units of the mass, but is 30.0."),
+        ({"power": 4.0}, "Argument `power` must be 0 for a source at a finite radius"),
+        (
+            {"source": (6.0, 1.0), "size": 6.0, "end": kc.EquatorialPlane(1)},
+            "units of the mass, so that the disc lies outside the horizon, but is 6.0.",
+        ),
+        ({"source": (1.0, 1.0), "end": kc.EquatorialPlane(1)}, "Argument `source` must have an r larger than"),
+        ({"end": 2.0}, "Argument `end` must be in"),
+    ],
+)
+def test_bad_arguments_are_one_line(changes, words):
+    arguments = {"source": (1.4, 2.9), "size": 0.1, "end": 8.0} | changes
+    with pytest.raises(ValueError) as error:
+        kc.magnification(NEAR, **arguments)
+    assert words in str(error.value) and "\n" not in str(error.value)
