@@ -457,3 +457,63 @@ def test_caustics_of_far_cameras_change_as_those_of_the_observer():
 def test_derivatives_take_images_alone():
     with pytest.raises(ValueError, match="Argument `images` must be StarImages, but is tuple"):
         kc.image_derivatives(kc.Camera(0.9, 10.0), (1.4, 2.9))
+
+
+@pytest.mark.slow
+def test_images_are_those_of_the_star_next_to_them_with_their_derivatives():
+    place, star, step = (0.9, 10.0, 1.0), np.array([1.41, 2.9]), 1e-5
+    camera = kc.Camera(*place, "fiducial")
+    near, true = (kc.star_images(camera, star=at, max_index=1) for at in ((1.4, 2.9), tuple(star)))
+    images = kc.functional.images(*place, star, near.sky, near.index)
+    assert np.abs(np.asarray(images.sky) - true.sky).max() < 1e-12
+    assert np.asarray(images.magnification) == pytest.approx(true.magnification, rel=1e-11)
+    with jax.enable_x64(True):
+
+        def light(x):
+            return kc.functional.images(x[0], x[1], x[2], x[3:], near.sky, near.index).magnification
+
+        x = jnp.array([*place, *star])
+        slopes = np.asarray(jax.jit(jax.jacrev(light))(x))
+        for k, unit in enumerate(np.eye(5)):
+            difference = (np.asarray(light(x + step * unit)) - np.asarray(light(x - step * unit))) / (2 * step)
+            assert slopes[:, k] == pytest.approx(difference, rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.slow
+def test_images_beyond_a_caustic_are_lost():
+    camera = kc.Camera(0.9, 10.0, 1.0, "fiducial")
+    event = kc.pair_events(camera, 1.2, 2)[0]
+    theta, phi = event.star
+    inside = kc.star_images(camera, (theta, phi + 0.01), 2)
+    if event.kind == "annihilation":
+        inside = kc.star_images(camera, (theta, phi - 0.01), 2)
+    pair = np.argsort(np.linalg.norm(inside.sky - event.sky, axis=1))[:2]
+    toward, beyond = (
+        np.array([theta, phi + late * (1 if event.kind == "creation" else -1)]) for late in (0.005, -0.005)
+    )
+    here, gone = (
+        kc.functional.images(0.9, 10.0, 1.0, star, inside.sky[pair], inside.index[pair]) for star in (toward, beyond)
+    )
+    assert np.isfinite(np.asarray(here.sky)).all() and np.isnan(np.asarray(gone.sky)).all()
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"near": [-0.6, 0.5, 0.4]}, "Argument `near` must have the shape"),
+        ({"star": 1.0}, "Argument `star` must have the shape"),
+        ({"index": [-1]}, "Argument `index` must hold whole numbers"),
+        ({"spin": 1.5}, "Argument `spin` must lie in"),
+    ],
+)
+def test_bad_arguments_of_images_get_one_line(changed, words):
+    given = {
+        "spin": 0.9,
+        "radius": 10.0,
+        "inclination": 1.0,
+        "star": (1.4, 2.9),
+        "near": [[-0.6, 0.5, 0.4]],
+        "index": [0],
+    }
+    with pytest.raises(ValueError, match=words):
+        kc.functional.images(**{**given, **changed})

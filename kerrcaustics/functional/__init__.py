@@ -1,0 +1,17 @@
+"""Rays and images of stars as pure functions for JAX: jit, vmap, grad.
+
+Unlike the engines behind `trace_rays`, which are compiled once for all callers and estimate errors, these are traced by
+the caller's own transformations.
+
+Derivatives of any order, forward and reverse, are taken by forward differentiation inside: a loop of unknown length has
+no other, and the arguments are six numbers.
+
+All arithmetic is in float64, whatever the settings of JAX. JAX itself still converts arguments and
+gradients: without `jax_enable_x64`, `jit`, `vmap` and `grad` round Python's floats and NumPy's arrays to float32,
+and gradients come back in the type of the arguments.
+"""
+
+from kerrcaustics.functional.image_roots import Images, images
+from kerrcaustics.functional.rays import direction, travel_time
+
+__all__ = ["Images", "direction", "images", "travel_time"]

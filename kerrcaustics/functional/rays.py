@@ -1,0 +1,64 @@
+"""Rays as functions of the hole, the camera and the direction."""
+
+from functools import partial
+from typing import Any
+
+import jax
+from jaxtyping import Array, Float
+
+from kerrcaustics.beams.differentiable import Moving, differentiable, end, float64, motion_of
+from kerrcaustics.functional.traced_arguments import check_axis, check_place, wide, with_place
+from kerrcaustics.spacetime.camera import Velocity
+
+
+def direction(
+    spin: Any, radius: Any, inclination: Any, sky: Any, velocity: Velocity = "fiducial"
+) -> Float[Array, "... 3"]:
+    """The origin of the light of a camera-sky direction: n' (..., 3), a unit vector of the celestial sphere.
+
+    Parameters
+    ----------
+    spin, radius, inclination : float or (...)
+        As in `Camera`; checked if they are numbers, not if JAX traces them.
+    sky : (..., 3)
+        Directions N on the camera sky; their length does not matter, so that a gradient is tangential.
+    velocity : str or (float, float, float), optional
+        As in `Camera`, but "fiducial" by default. A name is the motion that belongs to the place, and is
+        differentiated with it: "circular" is the angular velocity 1 / (a + r^(3/2)), also off the equator, where it is
+        no geodesic and `Camera` has none.
+
+    Returns
+    -------
+    (..., 3) float64; NaN for captured rays.
+
+    Errors
+    ------
+    1e-13 or so times the beam's major diameter; derivatives lose a power of it more each.
+    """
+    return _traced(spin, radius, inclination, sky, velocity, timed=False)
+
+
+def travel_time(
+    spin: Any, radius: Any, inclination: Any, sky: Any, velocity: Velocity = "fiducial"
+) -> Float[Array, "..."]:
+    """The coordinate time from infinity to the camera, the limit of t - r - 2 ln r (...); all else as `direction`.
+
+    Errors: about 1e-13 times the length of the way, and the major diameter times 1e-13.
+    """
+    return _traced(spin, radius, inclination, sky, velocity, timed=True)[..., 3]
+
+
+def _traced(spin: Any, radius: Any, inclination: Any, sky: Any, velocity: Velocity, *, timed: bool) -> Array:
+    motion = motion_of(velocity)
+    with float64():
+        place, sky = [wide(x) for x in (spin, radius, inclination)], wide(sky)
+        check_place(*place)
+        check_axis("sky", sky, 3, "(..., 3)")
+        return _ends(*place, sky, motion, timed)
+
+
+@partial(jax.jit, static_argnames=("timed",))
+def _ends(spin: Array, radius: Array, inclination: Array, sky: Array, motion: Moving, timed: bool) -> Array:
+    arguments = with_place([spin, radius, inclination], sky)
+    ends = jax.vmap(differentiable(partial(end, timed=timed)), (0, None))(arguments.reshape(-1, 6), motion)
+    return ends.reshape(*arguments.shape[:-1], -1)

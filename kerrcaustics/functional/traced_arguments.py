@@ -1,0 +1,59 @@
+"""Arguments that JAX may trace: float64, and checks of those that are numbers."""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jax.core import Tracer
+from jaxtyping import Array, Float
+
+from kerrcaustics.spacetime.viewer import LARGEST_RADIUS
+
+
+def check_place(spin: Array, radius: Array, inclination: Array) -> None:
+    """Raise ValueError for a place that no camera can have; traced arguments are not checked."""
+    if not isinstance(spin, Tracer):
+        if not ((spin >= 0) & (spin < 1)).all():
+            raise ValueError("Argument `spin` must lie in [0, 1).")
+        horizon = 1 + jnp.sqrt((1 - spin) * (1 + spin))
+        if not isinstance(radius, Tracer) and not ((radius > horizon) & (radius <= LARGEST_RADIUS)).all():
+            raise ValueError("Argument `radius` must be larger than the horizon radius, and at most 1e9.")
+    if not isinstance(inclination, Tracer) and not ((inclination >= 0) & (inclination <= jnp.pi)).all():
+        raise ValueError("Argument `inclination` must lie in [0, pi] radians.")
+
+
+def wide(value: Any) -> Array:
+    """The argument in float64; a traced one is converted by JAX."""
+    if isinstance(value, Tracer):
+        return jax.lax.convert_element_type(value, jnp.float64)
+    return jnp.asarray(value, jnp.float64)
+
+
+def check_axis(name: str, value: Array, count: int, shape: str) -> None:
+    """Raise ValueError unless the last axis of an array has `count` entries."""
+    if value.ndim == 0 or value.shape[-1] != count:
+        raise ValueError(f"Argument `{name}` must have the shape {shape}, but has {value.shape}.")
+
+
+def direction_of(angles: Float[Array, "... 2"]) -> Float[Array, "... 3"]:
+    """Unit vectors with polar angle and azimuth."""
+    theta, phi = angles[..., 0], angles[..., 1]
+    s = jnp.sin(theta)
+    return jnp.stack([s * jnp.cos(phi), s * jnp.sin(phi), jnp.cos(theta)], axis=-1)
+
+
+def with_place(place: list[Array], *vectors: Array) -> Float[Array, "... numbers"]:
+    """Spin, radius and inclination (...), followed by vectors (..., n), in one array."""
+    shape = jnp.broadcast_shapes(*(x.shape for x in place), *(x.shape[:-1] for x in vectors))
+    parts = [*(x[..., None] for x in place), *vectors]
+    return jnp.concatenate([jnp.broadcast_to(x, (*shape, x.shape[-1])) for x in parts], axis=-1)
+
+
+def parity_sign(index: Any, shape: tuple[int, ...]) -> Array:
+    """The sign of det J of images of an index."""
+    if not isinstance(index, Tracer):
+        number = jnp.asarray(index)
+        if not jnp.issubdtype(number.dtype, jnp.integer) or (number < 0).any():
+            raise ValueError("Argument `index` must hold whole numbers of at least 0.")
+    sign = 1 - 2 * wide(index % 2 if isinstance(index, Tracer) else jnp.asarray(index) % 2)
+    return jnp.broadcast_to(sign, shape)
