@@ -220,7 +220,8 @@ def test_interrupt_leaves_no_file(tmp_path):
     assert process.stdout.readline() == b"begun\n"
     process.send_signal(signal.SIGINT)
     assert process.wait(timeout=60) == 130
-    assert process.stderr.read() == b"kerrcaustics: Interrupted: nothing was left half-written.\n"
+    # On a busy machine lines about progress come before it.
+    assert process.stderr.read().splitlines()[-1] == b"kerrcaustics: Interrupted: nothing was left half-written."
     assert list(tmp_path.iterdir()) == []
 
 

@@ -484,13 +484,11 @@ def test_images_beyond_a_caustic_are_lost():
     camera = kc.Camera(0.9, 10.0, 1.0, "fiducial")
     event = kc.pair_events(camera, 1.2, 2)[0]
     theta, phi = event.star
-    inside = kc.star_images(camera, (theta, phi + 0.01), 2)
-    if event.kind == "annihilation":
-        inside = kc.star_images(camera, (theta, phi - 0.01), 2)
+    sides = {late: kc.star_images(camera, (theta, phi + late), 2) for late in (0.01, -0.01)}
+    inward = max(sides, key=lambda late: len(sides[late].index))
+    inside = sides[inward]
     pair = np.argsort(np.linalg.norm(inside.sky - event.sky, axis=1))[:2]
-    toward, beyond = (
-        np.array([theta, phi + late * (1 if event.kind == "creation" else -1)]) for late in (0.005, -0.005)
-    )
+    toward, beyond = (np.array([theta, phi + late * inward]) for late in (0.5, -0.5))
     here, gone = (
         kc.functional.images(0.9, 10.0, 1.0, star, inside.sky[pair], inside.index[pair]) for star in (toward, beyond)
     )

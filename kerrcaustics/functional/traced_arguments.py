@@ -4,6 +4,7 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax.core import Tracer
 from jaxtyping import Array, Float
 
@@ -51,9 +52,10 @@ def with_place(place: list[Array], *vectors: Array) -> Float[Array, "... numbers
 
 def parity_sign(index: Any, shape: tuple[int, ...]) -> Array:
     """The sign of det J of images of an index."""
-    if not isinstance(index, Tracer):
-        number = jnp.asarray(index)
-        if not jnp.issubdtype(number.dtype, jnp.integer) or (number < 0).any():
-            raise ValueError("Argument `index` must hold whole numbers of at least 0.")
-    sign = 1 - 2 * wide(index % 2 if isinstance(index, Tracer) else jnp.asarray(index) % 2)
-    return jnp.broadcast_to(sign, shape)
+    if isinstance(index, Tracer):
+        return jnp.broadcast_to(1 - 2 * wide(index % 2), shape)
+    # In numpy: what is constant stays so while JAX traces.
+    number = np.asarray(index)
+    if not np.issubdtype(number.dtype, np.integer) or (number < 0).any():
+        raise ValueError("Argument `index` must hold whole numbers of at least 0.")
+    return jnp.broadcast_to(1 - 2 * wide(number % 2), shape)
