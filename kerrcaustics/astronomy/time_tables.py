@@ -30,12 +30,12 @@ class TimeTable(Shown):
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Write all quantities over time as CSV: a line of names, then a line for each time, with all digits."""
+        check_name(path)
         columns = _columns(self)
         text = io.StringIO()
         table = csv.writer(text, lineterminator="\n")
         table.writerow(columns)
         table.writerows(zip(*(values.tolist() for _, values in columns.values()), strict=True))
-        check_name(path)
         with writing(path) as file:
             file.write(text.getvalue().encode())
 

@@ -119,7 +119,7 @@ def light_curve(
         way: Any = _orbit(orbit)
         if during is None and getattr(way, "period", orbit) is None:
             raise BadInput("Argument --during must be given, as this orbit has no period.")
-        kind: Any = source or ("point" if _radius(orbit) is None else "spot")
+        kind: Any = source or ("spot" if isinstance(way, float) else "point")
         if film is not None and kind != "spot":
             raise BadInput("Argument --film must come with a spot.")
         clock: Any = times if during is None else np.linspace(*during, times)
@@ -149,21 +149,12 @@ def light_curve(
         stop(1, "Not all images are certified: see the remarks.")
 
 
-def _radius(text: str) -> float | None:
-    """The radius that the option names; None if it names a file."""
+def _orbit(text: str) -> "float | Orbit":
+    """The radius of a circle, or the orbit in a file."""
     try:
         return float(text)
     except ValueError:
-        return None
-
-
-def _orbit(text: str) -> "float | Orbit":
-    """The radius of a circle, or the orbit in a file."""
-    radius = _radius(text)
-    if radius is not None:
-        return radius
-    from kerrcaustics.orbits.orbit_file import read_orbit
-
+        from kerrcaustics.orbits.orbit_file import read_orbit
     try:
         return read_orbit(text)
     except ValueError as error:

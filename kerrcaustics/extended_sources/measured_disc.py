@@ -1,12 +1,14 @@
 """The images of a disc on a viewer's sky, as they are measured."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from kerrcaustics.extended_sources.arcs import BoundaryArcs
-from kerrcaustics.extended_sources.area import Boundary
+from kerrcaustics.extended_sources.area import Boundary, Weight, boundaries, seen_points, total
+from kerrcaustics.lens_map.search_sky import SearchSky
 
 Array = np.ndarray
 
@@ -52,6 +54,53 @@ class MeasuredDisc:
             share_errors=np.maximum(low.share_errors, high.share_errors) + np.abs(high.shares - low.shares) / 2,
             moment=(low.moment + high.moment) / 2,
         )
+
+
+def summed(
+    sky: SearchSky,
+    hole: Float[Array, " 3"],
+    disc: tuple[float, float],
+    arcs: BoundaryArcs,
+    signs: Callable[[int | None], Float[Array, " arcs"]],
+    max_index: int,
+    weight: Weight | None = None,
+) -> MeasuredDisc:
+    """The areas within arcs.
+
+    hole: the direction to it on the search sky; disc: radius and area of the disc; signs: of an index, or without one
+    of all, 1 where images lie to the left of arcs, -1 where to the right, and 0 of arcs that do not bound them.
+    """
+    points, error = seen_points(sky, arcs)
+    seen_hole = sky.shown(hole[None])[0]
+
+    def bounded(sign: Float[Array, " arcs"]) -> list[Boundary]:
+        chosen = np.flatnonzero(sign)
+        if not len(chosen):
+            return []
+        return boundaries(arcs[chosen], points[chosen], error[chosen], sign[chosen], seen_hole, weight)
+
+    shares, share_errors = np.zeros(max_index + 1), np.zeros(max_index + 1)
+    for k in range(max_index + 1):
+        (shares[k], *_), share_errors[k] = total(bounded(signs(k)), len(seen_hole), weight)
+    sign = signs(None)
+    bounds = bounded(sign)
+    light, off = total(bounds, len(seen_hole), weight)
+    adds_up = abs(shares.sum() - light[0]) <= share_errors.sum() + off
+    chosen = sign != 0
+    return MeasuredDisc(
+        angle=disc[0],
+        solid_angle=disc[1],
+        arcs=arcs[chosen],
+        points=points[chosen],
+        sign=sign[chosen],
+        boundaries=bounds,
+        area=float(light[0]),
+        error=off,
+        shares=shares,
+        share_errors=share_errors,
+        moment=light[1:],
+        remarks=() if adds_up else ("the shares of all Morse indices do not add up to the whole",),
+    )
 
 
 def outline_of(disc: MeasuredDisc, bound: Boundary) -> tuple[Float[Array, "points axes"], Int[Array, " points"]]:

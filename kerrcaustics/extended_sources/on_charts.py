@@ -14,17 +14,14 @@ from kerrcaustics.beams.ends import End
 from kerrcaustics.curves.critical_curves import CriticalCurves
 from kerrcaustics.extended_sources.arcs import with_ends
 from kerrcaustics.extended_sources.area import (
-    boundaries,
     closed,
     flat_from_hole,
-    seen_points,
-    total,
     turns_about,
     winding,
 )
 from kerrcaustics.extended_sources.chart_arcs import LIMB, ChartArcs, arcs_along, extremes, rim_arcs
 from kerrcaustics.extended_sources.contours import contours
-from kerrcaustics.extended_sources.measured_disc import MeasuredDisc
+from kerrcaustics.extended_sources.measured_disc import MeasuredDisc, summed
 from kerrcaustics.extended_sources.nearby_caustics import curves_near
 from kerrcaustics.extended_sources.patches import Disc, Patch, patches_in_plane, patches_within
 from kerrcaustics.images.certificates import certificate_of
@@ -75,7 +72,8 @@ def measured_on_charts(
     camera = search_camera(viewer)
     witnesses, doubts = _witnesses(viewer, disc, max_index, curves, _CIRCLES[: 1 if nested else None])
     remarks += [*doubts, *_checked(camera, patches, parts, max_index, witnesses)]
-    return _summed(viewer, disc, max_index, parts, tuple(dict.fromkeys(remarks)))
+    whole = _summed(viewer, disc, max_index, parts)
+    return replace(whole, remarks=tuple(dict.fromkeys(remarks)) + whole.remarks)
 
 
 def _patches(viewer: Viewer, disc: Disc, max_index: int) -> tuple[list[Patch], CriticalCurves | None]:
@@ -107,9 +105,7 @@ def _signs(arcs: ChartArcs, index: int | None, max_index: int) -> Float[Array, "
     return np.where(~ordinary | (of == index), sign, 0.0) * arcs.sign
 
 
-def _summed(
-    viewer: Viewer, disc: Disc, max_index: int, parts: list[ChartArcs], remarks: tuple[str, ...]
-) -> MeasuredDisc:
+def _summed(viewer: Viewer, disc: Disc, max_index: int, parts: list[ChartArcs]) -> MeasuredDisc:
     """The areas within all arcs."""
     first, numbered = 0, []
     for part in parts:
@@ -117,38 +113,13 @@ def _summed(
         numbered.append(replace(part, arcs=arcs))
         first = 1 + max(first, numbered[-1].last_node)
     whole = numbered[0].joined(*numbered[1:])
-    sky = search_sky(viewer)
-    hole = sky.shown(_hole(search_camera(viewer))[None])[0]
-    points, error = seen_points(sky, whole.arcs)
-
-    def bounded(sign: Array) -> list:
-        chosen = np.flatnonzero(sign)
-        if not len(chosen):
-            return []
-        return boundaries(whole.arcs[chosen], points[chosen], error[chosen], sign[chosen], hole)
-
-    shares, share_errors = np.zeros(max_index + 1), np.zeros(max_index + 1)
-    for k in range(max_index + 1):
-        (shares[k], *_), share_errors[k] = total(bounded(_signs(whole, k, max_index)), len(hole))
-    sign = _signs(whole, None, max_index)
-    bounds = bounded(sign)
-    light, off = total(bounds, len(hole))
-    if not abs(shares.sum() - light[0]) <= share_errors.sum() + off:
-        remarks += ("the shares of all Morse indices do not add up to the whole",)
-    chosen = sign != 0
-    return MeasuredDisc(
-        angle=disc.size,
-        solid_angle=disc.area,
-        arcs=whole.arcs[chosen],
-        points=points[chosen],
-        sign=sign[chosen],
-        boundaries=bounds,
-        area=float(light[0]),
-        error=off,
-        shares=shares,
-        share_errors=share_errors,
-        moment=light[1:],
-        remarks=remarks,
+    return summed(
+        search_sky(viewer),
+        _hole(search_camera(viewer)),
+        (disc.size, disc.area),
+        whole.arcs,
+        lambda index: _signs(whole, index, max_index),
+        max_index,
     )
 
 

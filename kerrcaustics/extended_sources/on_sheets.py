@@ -1,6 +1,7 @@
 """The images of a disc on a sphere that rays reach once: areas by Morse index, certified that none is missing."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -8,19 +9,17 @@ from jaxtyping import Float, Int
 from kerrcaustics.beams.ends import End
 from kerrcaustics.extended_sources.arcs import BoundaryArcs, with_ends
 from kerrcaustics.extended_sources.area import (
-    Boundary,
     Weight,
     boundaries,
     closed,
     flat_from_hole,
-    seen_points,
     total,
     turns_about,
     winding,
 )
 from kerrcaustics.extended_sources.critical_arcs import critical_arcs
 from kerrcaustics.extended_sources.limb import GuessedArcs, Limb
-from kerrcaustics.extended_sources.measured_disc import MeasuredDisc
+from kerrcaustics.extended_sources.measured_disc import MeasuredDisc, summed
 from kerrcaustics.extended_sources.nearby_caustics import distance, refined_near
 from kerrcaustics.extended_sources.skeleton import of_branches, of_small_images
 from kerrcaustics.images.search import search
@@ -73,39 +72,22 @@ def measured_on_sheets(
     critical, doubts = _critical(sheets, rim, events, arcs, wanted)
     remarks += doubts
     whole = arcs.joined(critical)
-    points, error = seen_points(sky, whole)
-    hole = sky.shown(_searched_hole(sheets)[None])[0]
+    hole = _searched_hole(sheets)
     is_limb = np.arange(len(whole)) < len(arcs)
     parity = _parity(whole)
     # A critical curve bounds the images of its own order on the side of the hole, and those of one less beyond.
-    side = _sense(sheets, sky, hole)
-    shares, share_errors = np.zeros(max_index + 1), np.zeros(max_index + 1)
-    for k in range(max_index + 1):
-        outer, inner = ~is_limb & (whole.index == k), ~is_limb & (whole.index == k + 1)
-        sign = np.select([is_limb & (whole.index == k), outer, inner], [parity, side, -side], 0.0)
-        found = _bounded(whole, points, error, sign, hole, weight)
-        (shares[k], *_), share_errors[k] = total(found, len(hole), weight)
-    sign = np.select([is_limb, whole.index == max_index + 1], [parity, -side], 0.0)
-    chosen = sign != 0
-    bounds = _bounded(whole, points, error, sign, hole, weight)
-    light, off = total(bounds, len(hole), weight)
-    if not abs(shares.sum() - light[0]) <= share_errors.sum() + off:
-        remarks += ("the shares of all Morse indices do not add up to the whole",)
-    remarks += _checked(sheets, rim, whole[chosen], sign[chosen], beside_caustics=events is not None)
-    return MeasuredDisc(
-        angle=angle,
-        solid_angle=4 * math.pi * math.sin(angle / 2) ** 2,
-        arcs=whole[chosen],
-        points=points[chosen],
-        sign=sign[chosen],
-        boundaries=bounds,
-        area=float(light[0]),
-        error=off,
-        shares=shares,
-        share_errors=share_errors,
-        moment=light[1:],
-        remarks=remarks,
-    )
+    side = _sense(sheets, sky, sky.shown(hole[None])[0])
+
+    def signs(index: int | None) -> Float[Array, " arcs"]:
+        if index is None:
+            return np.select([is_limb, whole.index == max_index + 1], [parity, -side], 0.0)
+        outer, inner = ~is_limb & (whole.index == index), ~is_limb & (whole.index == index + 1)
+        return np.select([is_limb & (whole.index == index), outer, inner], [parity, side, -side], 0.0)
+
+    area = 4 * math.pi * math.sin(angle / 2) ** 2
+    disc = summed(sky, hole, (angle, area), whole, signs, max_index, weight)
+    wrong = _checked(sheets, rim, disc.arcs, disc.sign, beside_caustics=events is not None)
+    return replace(disc, remarks=remarks + disc.remarks + wrong)
 
 
 def _guessed(sheets: Sheets, viewer: Viewer, rim: Circle) -> tuple[GuessedArcs, PathEvents | None, tuple[str, ...]]:
@@ -165,16 +147,6 @@ def _sense(sheets: Sheets, sky: SearchSky, hole: Float[Array, " axes"]) -> float
     curve = sheets.curves.curves[-1]
     places = sky.shown(sheets.sky(curve.points.line_of_sight))
     return float(np.sign(turns_about(hole, places[None])[0]))
-
-
-def _bounded(
-    arcs: BoundaryArcs, points: Array, error: Array, sign: Array, hole: Array, weight: Weight | None
-) -> list[Boundary]:
-    """The boundaries of the arcs whose sign is not 0."""
-    chosen = np.flatnonzero(sign)
-    if not len(chosen):
-        return []
-    return boundaries(arcs[chosen], points[chosen], error[chosen], sign[chosen], hole, weight)
 
 
 def _checked(

@@ -48,7 +48,7 @@ class Images(NamedTuple):
     time: Array
 
 
-class Walk(NamedTuple):
+class Newton(NamedTuple):
     """Newton's method on its way.
 
     begun: the end of the first line of sight; at: the last image of a star on the way, when the star was at `part` of
@@ -83,7 +83,7 @@ def root(arguments: Float[Array, "6"], near: Near) -> Vector:
     """
     place, star = arguments[:3], unit(arguments[3:])
 
-    def step(now: Walk) -> Walk:
+    def step(now: Newton) -> Newton:
         arrival, columns = jacobian(place, now.trial, near.motion)
         begun = jnp.where(now.steps == 0, arrival, now.begun)
         part = now.part + now.stride
@@ -102,7 +102,7 @@ def root(arguments: Float[Array, "6"], near: Near) -> Vector:
         at, part = jnp.where(landed, trial, now.at), jnp.where(landed, part, now.part)
         # After an image the stride doubles; after a failure it is half as long.
         stride = now.stride * jnp.where(landed, 2.0, jnp.where(good, 1.0, 0.5))
-        return Walk(
+        return Newton(
             begun,
             at,
             part,
@@ -114,11 +114,11 @@ def root(arguments: Float[Array, "6"], near: Near) -> Vector:
             now.steps + 1,
         )
 
-    def goes_on(now: Walk) -> Array:
+    def goes_on(now: Newton) -> Array:
         return ~now.found & (now.stride > _SHORTEST) & (now.steps < _MOST)
 
     zero, start = jnp.zeros(()), unit(near.sky)
-    first = Walk(jnp.zeros(3), start, zero, zero + 1, start, jnp.asarray(0), zero, jnp.asarray(False), jnp.asarray(0))
+    first = Newton(jnp.zeros(3), start, zero, zero + 1, start, jnp.asarray(0), zero, jnp.asarray(False), jnp.asarray(0))
     last = jax.lax.while_loop(goes_on, step, first)
     return jnp.where(last.found, last.at, jnp.nan)
 

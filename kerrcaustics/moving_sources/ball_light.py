@@ -53,7 +53,6 @@ def ball_shares(
     times: Float[Array, " t"],
     wanted: list[Array],
     seen: list[SeenImages],
-    max_index: int,
 ) -> BallShares:
     """The light of a ball. wanted: the times of each branch at which its image as a point is there, and is seen."""
     shape = len(curves.branches), len(times)
@@ -63,7 +62,7 @@ def ball_shares(
     for k, (branch, which, images) in enumerate(zip(curves.branches, wanted, seen, strict=True)):
         if not len(which):
             continue
-        sights = _sights(ball.source, images.sky, images.emitted, times[which], images.second, max_index)
+        sights = _sights(ball.source, images.sky, images.emitted, times[which], images.second)
         light, off, even = ball.even_light(sights)
         flux[k, which[even]], error[k, which[even]] = light[even], off[even] + images.error[even]
         sky[k, which] = images.sky
@@ -81,23 +80,26 @@ def ball_shares(
                     float(images.flux[i]),
                 )
             )
-    parts += _outside(ball, curves, times)
-    return _with_parts(ball, curves, times, parts, (flux, error, sky), max_index)
+    folds = None
+    if curves.turns:
+        points = curves.turns[0].point.joined(*(turn.point for turn in curves.turns[1:]))
+        folds = _sights(ball.source, points.sky, points.time, points.arrival, points.second)
+        parts += _outside(ball, curves, times, np.abs(ball.passes(folds).by_time[:, 1] / points.rate))
+    return _with_parts(ball, curves, times, parts, (flux, error, sky), folds)
 
 
-def _sights(source: Source, sky: Array, emitted: Array, wanted: Array, second: Array, highest: int) -> Sights:
-    axes = axes_at(source.arrivals(sky, emitted, second))
-    return Sights(sky, emitted, wanted, second, axes, np.full(len(sky), highest))
+def _sights(source: Source, sky: Array, emitted: Array, wanted: Array, second: Array) -> Sights:
+    return Sights(sky, emitted, wanted, second, axes_at(source.arrivals(sky, emitted, second)))
 
 
-def _outside(ball: Ball, curves: ImageCurves, times: Float[Array, " t"]) -> list[_Part]:
-    """Folds that the ball covers while its middle is outside: before a creation, after an annihilation."""
+def _outside(ball: Ball, curves: ImageCurves, times: Float[Array, " t"], speeds: Float[Array, " turns"]) -> list[_Part]:
+    """Folds that the ball covers while its middle is outside: before a creation, after an annihilation.
+
+    speeds: of the ball across each, by the viewer's time.
+    """
     parts = []
-    for k, turn in enumerate(curves.turns):
+    for k, (turn, speed) in enumerate(zip(curves.turns, speeds.tolist(), strict=True)):
         point = turn.point
-        sights = _sights(ball.source, point.sky, point.time, point.arrival, point.second, 0)
-        here = ball.passes(sights)
-        speed = abs(float(here.by_time[0, 1] / point.rate[0]))
         branches = tuple(b for b, branch in enumerate(curves.branches) if turn in (branch.born, branch.dies))
         late = times - float(point.arrival[0])
         outside = late < 0 if turn.creates else late > 0
@@ -113,21 +115,22 @@ def _with_parts(
     times: Float[Array, " t"],
     parts: list[_Part],
     shares: tuple[Array, Array, Array],
-    max_index: int,
+    folds: Sights | None,
 ) -> BallShares:
-    """The shares with those of sliced parts: parts that are the same count once, half for each branch."""
+    """The shares with those of sliced parts: parts that are the same count once, half for each branch.
+
+    folds: next to which parts take the axes of these.
+    """
     flux, error, sky = shares
     remarks: list[str] = []
     if parts:
         wanted = times[[part.time for part in parts]]
         places = np.array([part.sky for part in parts])
         emitted, second = np.array([part.emitted for part in parts]), np.array([part.second for part in parts])
-        sights = _sights(ball.source, places, emitted, wanted, second, max_index)
-        axes = sights.axes
+        sights = _sights(ball.source, places, emitted, wanted, second)
         for i, turn in enumerate(_common_turns(curves, times, parts)):
-            if turn is not None:
-                point = curves.turns[turn].point
-                axes[i] = axes_at(ball.source.arrivals(point.sky, point.time, point.second))[0]
+            if turn is not None and folds is not None:
+                sights.axes[i] = folds.axes[turn]
         images = ball.sliced_light(sights)
         rough = 0
         for group in _groups(parts, images):

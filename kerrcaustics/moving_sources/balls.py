@@ -18,10 +18,11 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
 from kerrcaustics.moving_sources.arrivals import Arrivals, Source, solved
 from kerrcaustics.moving_sources.seen_images import size_and_ratio
+from kerrcaustics.moving_sources.walks import replaced
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import lengths, tangent_basis
 from kerrcaustics.tracks.level_curves.branches import Cubics
@@ -48,7 +49,7 @@ _LEAST_COSINE = 0.4
 class Sights(Rows):
     """Directions on the search sky: emission and arrival time, which arrival at the sphere, and axes.
 
-    axes: t and n across the ray, as dr, dtheta, sin theta dphi; highest: Morse index up to which light is taken.
+    axes: t and n across the ray, as dr, dtheta, sin theta dphi.
     """
 
     sky: Float[Array, "n 3"]
@@ -56,7 +57,6 @@ class Sights(Rows):
     wanted: Float[Array, " n"]
     second: Bool[Array, " n"]
     axes: Float[Array, "n 2 3"]
-    highest: Int[Array, " n"]
 
     def at(self, sky: Float[Array, "n 3"], time: Float[Array, " n"]) -> "Sights":
         """The same at other directions and emission times."""
@@ -115,6 +115,13 @@ def axes_at(rays: Arrivals) -> Float[Array, "n 2 3"]:
     return np.einsum("nab,anc->nbc", directions, rays.across)
 
 
+def _moved(sky: Float[Array, "n 3"], step: Float[Array, "n 2"]) -> Float[Array, "n 3"]:
+    """Directions after steps along `tangent_basis(N)`."""
+    one, other = tangent_basis(sky)
+    ahead = sky + step[:, :1] * one + step[:, 1:] * other
+    return ahead / lengths(ahead)[:, None]
+
+
 def _form(rays: Arrivals) -> Float[Array, "n 3 3"]:
     """The metric across the rays at the source, for dr, dtheta, sin theta dphi."""
     a, r, z = rays.source.spin, rays.places.radius, rays.places.vector[:, 2]
@@ -136,10 +143,11 @@ def _product(one: Float[Array, "n 3"], form: Float[Array, "n 3 3"], other: Float
 
 @dataclass(frozen=True)
 class Ball:
-    """A ball on its orbit. size: its radius."""
+    """A ball on its orbit. size: its radius; highest: Morse index up to which its light is taken."""
 
     source: Source
     size: float
+    highest: int
 
     def passes(self, sights: Sights) -> Passes:
         """The rays of sights as they are."""
@@ -161,7 +169,7 @@ class Ball:
                 by_time=-(across @ rays.velocity[:, :, None])[:, :, 0],
                 light=ratio**4 * size**2,
                 bend=(self.size / r) ** 2 + rays.beside[0] ** 2 * r / self.size,
-                inside=np.asarray(rays.beams.index) <= sights.highest,
+                inside=np.asarray(rays.beams.index) <= self.highest,
             )
 
     def _beside(self, sights: Sights) -> Arrivals:
@@ -216,10 +224,8 @@ class Ball:
                 still = good | ~np.isfinite(left)
             if still.all():
                 break
-            one, other = tangent_basis(now.sky)
             step[still] = 0.0
-            sky = now.sky + step[:, :1] * one + step[:, 1:] * other
-            now = self.passes(sights.at(sky / lengths(sky)[:, None], now.time + np.where(still, 0.0, now.late)))
+            now = self.passes(sights.at(_moved(now.sky, step), now.time + np.where(still, 0.0, now.late)))
         return now, good
 
     def even_light(self, sights: Sights) -> tuple[Float[Array, " n"], Float[Array, " n"], Bool[Array, " n"]]:
@@ -234,10 +240,8 @@ class Ball:
         middle = self.passes(sights)
         aim, many = np.tile(places, (n, 1)), sights[np.repeat(np.arange(n), len(places))]
         # Begun where the linear map has them.
-        step = solved(np.repeat(middle.by_sky, len(places), axis=0), aim)
-        one, other = tangent_basis(many.sky)
-        sky = many.sky + np.nan_to_num(step[:, :1] * one + step[:, 1:] * other)
-        seen, good = self.brought(many.at(sky / lengths(sky)[:, None], many.time), aim)
+        step = np.nan_to_num(solved(np.repeat(middle.by_sky, len(places), axis=0), aim))
+        seen, good = self.brought(many.at(_moved(many.sky, step), many.time), aim)
         with np.errstate(invalid="ignore", divide="ignore"):
             signed = (seen.light / np.linalg.det(seen.by_sky)).reshape(n, -1) / (4 * math.pi)
             light = np.abs(signed)
@@ -283,14 +287,8 @@ class Ball:
                 part = np.clip(left_low[active] / (left_low[active] - left_high[active]), 0.1, 0.9)
                 between = low[active] + part * (high[active] - low[active])
             h = np.where(near, between, step[active])
-            aim = np.stack([np.zeros(len(active)), (at.sky * way).sum(axis=1) + h], axis=-1)
-            trial, fine = self.brought(sights.at(at.sky + h[:, None] * way, at.time), aim, way)
-            with np.errstate(invalid="ignore", divide="ignore"):
-                turned = trial.spine * np.where((trial.spine * way).sum(axis=1) < 0, -1.0, 1.0)[:, None]
-                fine &= (turned * way).sum(axis=1) > _STRAIGHT
-                gone = np.abs(trial.place[:, 1] - at.place[:, 1]) / self.size
-                room = np.maximum(_FAR * (1 - np.abs(at.place[:, 1]) / self.size), _LEAST_FAR)
-            left = np.where(fine, trial.left(way, self.size), np.nan)
+            trial, left, turned, gone, room = self._ahead(sights, at, way, h)
+            fine = np.isfinite(left)
             beyond, within = left <= 0, left > 0
             high[active[beyond]], left_high[active[beyond]] = h[beyond], left[beyond]
             low[active[near & within]], left_low[active[near & within]] = h[near & within], left[near & within]
@@ -305,10 +303,7 @@ class Ball:
             taken = active[ahead_now]
             for k, i in enumerate(taken.tolist()):
                 tracks[i].append(len(record) + k)
-            record = record.joined(trial[ahead_now])
-            order = np.arange(2 * n)
-            order[taken] = 2 * n + np.arange(len(taken))
-            now = now.joined(trial[ahead_now])[order]
+            record, now = record.joined(trial[ahead_now]), replaced(now, taken, trial[ahead_now])
             ahead[taken] = turned[ahead_now]
             left_low[taken] = left[ahead_now]
             with np.errstate(invalid="ignore", divide="ignore"):
@@ -320,41 +315,31 @@ class Ball:
             for i in range(n)
         ]
 
+    def _ahead(
+        self, sights: Sights, at: Passes, way: Float[Array, "n 3"], step: Float[Array, " n"]
+    ) -> tuple[Passes, Array, Array, Array, Array]:
+        """Places a step further on spines.
+
+        And what is left to the tip there, NaN where it is not known; the direction of the spine; by how much xi_n
+        changed, and by how much it may, in radii of the ball.
+        """
+        aim = np.stack([np.zeros(len(step)), (at.sky * way).sum(axis=1) + step], axis=-1)
+        trial, fine = self.brought(sights.at(at.sky + step[:, None] * way, at.time), aim, way)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            turned = trial.spine * np.where((trial.spine * way).sum(axis=1) < 0, -1.0, 1.0)[:, None]
+            fine &= (turned * way).sum(axis=1) > _STRAIGHT
+            gone = np.abs(trial.place[:, 1] - at.place[:, 1]) / self.size
+            room = np.maximum(_FAR * (1 - np.abs(at.place[:, 1]) / self.size), _LEAST_FAR)
+        return trial, np.where(fine, trial.left(way, self.size), np.nan), turned, gone, room
+
     def _lit(self, starts: Sights, spines: "list[Passes | None]") -> "list[SlicedImage | None]":
         """The light of the slices along spines."""
         cut = [(k, spine) for k, spine in enumerate(spines) if spine is not None and len(spine) > 1]
         images = [None if spine is None else _DARK for spine in spines]
         if not cut:
             return images
-        ends = [(spine[:-1], spine[1:]) for _, spine in cut]
-        one, other = (ends[0][0][:0].joined(*[pair[i] for pair in ends]) for i in (0, 1))
-        count = np.array([len(spine) - 1 for _, spine in cut])
-        which = np.repeat(np.arange(len(cut)), count)
-        job = np.array([k for k, _ in cut])[which]
-        chord = other.sky - one.sky
-        size = lengths(chord)
-        # One direction for a whole spine where it is straight enough, else one between neighbours.
-        whole = np.array([spine.sky[-1] - spine.sky[0] for _, spine in cut])
-        whole /= lengths(whole)[:, None]
-        own = (chord * whole[which]).sum(axis=1) < _LEAST_COSINE * size
-        curved = np.bincount(which, own, len(cut)) > 0
-        ahead = np.where(curved[which, None], chord / size[:, None], whole[which])
-        low, high = (one.sky * ahead).sum(axis=1), (other.sky * ahead).sum(axis=1)
-        begins = np.concatenate([[True], which[1:] != which[:-1]])
-        stops = np.concatenate([which[1:] != which[:-1], [True]])
-        node = _NODES + 0.5
-        # At a tip widths go by the root of the way to it.
-        x = np.where(begins[:, None], node**2, np.where(stops[:, None], 1 - (1 - node) ** 2, node))
-        weight = _WEIGHTS * np.where(begins[:, None], 2 * node, np.where(stops[:, None], 2 * (1 - node), 1.0))
-        panel = np.repeat(np.arange(len(which)), len(node))
-        x, weight = x.ravel(), weight.ravel() * (high - low)[panel]
-        e = ahead[panel]
-        sign = [np.sign((p.spine * chord).sum(axis=1))[:, None] * size[:, None] for p in (one, other)]
-        way = Cubics(one.sky, chord, one.spine * sign[0], other.spine * sign[1])
-        sky = way[panel].at(x)
-        time = one.time[panel] + x * (other.time - one.time)[panel]
-        sights = starts[job[panel]].at(sky / lengths(sky)[:, None], time)
-        p = low[panel] + x * (high - low)[panel]
+        row, e, p, weight, sky, time = _slices([spine for _, spine in cut])
+        sights = starts[np.array([k for k, _ in cut])[row]].at(sky, time)
         middle, good = self.brought(sights, np.stack([np.zeros(len(p)), p], axis=-1), e)
         _, width, shift, side = middle.crossed(e, self.size)
         linear = width / np.sqrt(1 - p**2) * middle.light
@@ -370,7 +355,6 @@ class Ball:
         exact = turn * (left.light + 4 * middle.light + right.light) / 6
         exact = np.where(sure & (width > 0), exact, linear)
         unit = weight / (4 * math.pi**2 * self.size**2)
-        row = which[panel]
         total, rough = (np.bincount(row, unit * value, len(cut)) for value in (exact, linear))
         bend = np.bincount(row, unit * exact * middle.bend, len(cut))
         mean = np.stack([np.bincount(row, unit * exact * middle.sky[:, i], len(cut)) for i in range(3)], axis=-1)
@@ -380,6 +364,36 @@ class Ball:
             error = abs(total[i] - rough[i]) + bend[i]
             images[k] = SlicedImage(total[i], error, mean[i] / lengths(mean[i : i + 1])[0], tips) if clean[i] else None
         return images
+
+
+def _slices(spines: list[Passes]) -> tuple[Array, Array, Array, Array, Array, Array]:
+    """Slices along spines: which spine, e, p and weight; and guesses of the place on the spine and its time."""
+    ends = [(spine[:-1], spine[1:]) for spine in spines]
+    one, other = (ends[0][0][:0].joined(*[pair[i] for pair in ends]) for i in (0, 1))
+    which = np.repeat(np.arange(len(spines)), [len(spine) - 1 for spine in spines])
+    chord = other.sky - one.sky
+    size = lengths(chord)
+    # One direction for a whole spine where it is straight enough, else one between neighbours.
+    whole = np.array([spine.sky[-1] - spine.sky[0] for spine in spines])
+    whole /= lengths(whole)[:, None]
+    own = (chord * whole[which]).sum(axis=1) < _LEAST_COSINE * size
+    curved = np.bincount(which, own, len(spines)) > 0
+    ahead = np.where(curved[which, None], chord / size[:, None], whole[which])
+    low, high = (one.sky * ahead).sum(axis=1), (other.sky * ahead).sum(axis=1)
+    begins = np.concatenate([[True], which[1:] != which[:-1]])
+    stops = np.concatenate([which[1:] != which[:-1], [True]])
+    node = _NODES + 0.5
+    # At a tip widths go by the root of the way to it.
+    x = np.where(begins[:, None], node**2, np.where(stops[:, None], 1 - (1 - node) ** 2, node))
+    weight = _WEIGHTS * np.where(begins[:, None], 2 * node, np.where(stops[:, None], 2 * (1 - node), 1.0))
+    panel = np.repeat(np.arange(len(which)), len(node))
+    x, weight = x.ravel(), weight.ravel() * (high - low)[panel]
+    sign = [np.sign((place.spine * chord).sum(axis=1))[:, None] * size[:, None] for place in (one, other)]
+    way = Cubics(one.sky, chord, one.spine * sign[0], other.spine * sign[1])
+    sky = way[panel].at(x)
+    time = one.time[panel] + x * (other.time - one.time)[panel]
+    p = low[panel] + x * (high - low)[panel]
+    return which[panel], ahead[panel], p, weight, sky / lengths(sky)[:, None], time
 
 
 @dataclass(frozen=True)

@@ -260,7 +260,7 @@ def _of_point(
     curves = image_curves(source, moments, highest)
     wanted = [_lived(branch.points.arrival, times) for branch in curves.branches]
     seen = seen_images(source, list(curves.branches), [times[which] for which in wanted])
-    ball = ball_shares(Ball(source, size), curves, times, wanted, seen, highest) if size else None
+    ball = ball_shares(Ball(source, size, highest), curves, times, wanted, seen) if size else None
     return _light_curve(source, orbit, times, curves, wanted, seen, ball, size)
 
 

@@ -5,6 +5,7 @@ places where the emission time turns back along them, where a pair of images app
 """
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -16,6 +17,7 @@ from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import lengths, tangent_basis
 
 Array = np.ndarray
+Kind = TypeVar("Kind", bound=Rows)
 
 # Steps, in radians of the source's sphere: the first, the longest, the shortest, the shortest across the turning point
 # of a ray; and how many are taken at most.
@@ -148,7 +150,7 @@ def walk(source: Source, start: CurvePoints, low: Float[Array, " n"], high: Floa
         record = record.joined(trial[good])
         for k, i in enumerate(taken.tolist()):
             tracks[i].append(first + k)
-        now = _replaced(now, taken, trial[good])
+        now = replaced(now, taken, trial[good])
         landed[active[good & lands]] = True
         step[taken] = np.minimum(np.maximum(1.6 * reach[good], step[taken] * 0.8), _LONGEST)
         # A step that fails is tried with the other arrival at the sphere, then shortened.
@@ -163,7 +165,8 @@ def walk(source: Source, start: CurvePoints, low: Float[Array, " n"], high: Floa
     return [Walk(record[np.array(track)], bool(landed[i])) for i, track in enumerate(tracks)]
 
 
-def _replaced(points: CurvePoints, which: Int[Array, " some"], others: CurvePoints) -> CurvePoints:
+def replaced(points: Kind, which: Int[Array, " some"], others: Kind) -> Kind:
+    """Rows, some of them replaced by others."""
     order = np.arange(len(points))
     order[which] = len(points) + np.arange(len(which))
     return points.joined(others)[order]
@@ -243,12 +246,12 @@ def turning_points(
         before = good & (lean * value > 0)
         after = good & ~before
         better = good & ~(np.abs(lean) > np.abs(_lean(best)))
-        best = _replaced(best, np.flatnonzero(better), trial[better])
+        best = replaced(best, np.flatnonzero(better), trial[better])
         left = np.where(before, (1 - part) * left, np.where(after, part * left, left / 2))
         far = np.where(after, lean, far)
         # Illinois: an end that stays counts half, so that both close in.
         value, far = np.where(before, lean, np.where(after, value / 2, value)), np.where(before, far / 2, far)
-        base = _replaced(base, np.flatnonzero(before), trial[before])
+        base = replaced(base, np.flatnonzero(before), trial[before])
         value = np.where(before, _lean(base), value)
         if (np.abs(_lean(best)) < _LEVEL).all():
             break

@@ -10,7 +10,7 @@ from kerrcaustics.orbits.orbit import Orbit
 from kerrcaustics.toml_files import as_struct, not_finite, read_toml
 
 
-class _GeodesicTable(msgspec.Struct, forbid_unknown_fields=True, tag_field="kind", tag="geodesic"):
+class _GeodesicOrbit(msgspec.Struct, forbid_unknown_fields=True, tag_field="kind", tag="geodesic"):
     """Free fall through a place: that of `Orbit.geodesic`, angles in degrees."""
 
     radius: float
@@ -25,7 +25,7 @@ class _GeodesicTable(msgspec.Struct, forbid_unknown_fields=True, tag_field="kind
         return Orbit.geodesic(self.radius, theta, phi, self.velocity, time=self.time)
 
 
-class _KeplerTable(msgspec.Struct, forbid_unknown_fields=True, tag_field="kind", tag="kepler"):
+class _KeplerOrbit(msgspec.Struct, forbid_unknown_fields=True, tag_field="kind", tag="kepler"):
     """Newton's ellipse: that of `Orbit.kepler`, angles in degrees."""
 
     semi_major_axis: float
@@ -46,5 +46,5 @@ def read_orbit(path: str | Path) -> Orbit:
     table = read_toml(path, "orbit")
     for entry, value in not_finite(table):
         raise ValueError(f"Orbit {path}: {entry} must be a finite number, but is {value:g}.")
-    kind: Any = _GeodesicTable | _KeplerTable
+    kind: Any = _GeodesicOrbit | _KeplerOrbit
     return as_struct(table, kind, path, "orbit").orbit()
