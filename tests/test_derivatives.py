@@ -11,6 +11,7 @@ from mpmath import mp, mpf
 from parity import SURFACES, VIEWERS, end_for, place_on, viewer_named
 
 import kerrcaustics as kc
+from kerrcaustics.spacetime.sphere import from_angles
 from studies.truth.rays import Path, Place, follow, unit
 
 ROUND = np.float32([0.9, 10.0, 1.0]), np.float32([-0.6, 0.5, 0.4])
@@ -515,3 +516,90 @@ def test_bad_arguments_of_images_get_one_line(changed, words):
     }
     with pytest.raises(ValueError, match=words):
         kc.functional.images(**{**given, **changed})
+
+
+# A place on the secondary caustic of this camera, far from its cusps.
+BESIDE = kc.Camera(0.95, 5.0, 1.3, "fiducial")
+
+
+def star_beside(depth, number=40):
+    """A star so far, radians, from a point of the secondary caustic, on its bright side where positive."""
+    caustic = kc.caustics(BESIDE, orders=2)[1]
+    here, after = (from_angles(*caustic.celestial[i]) for i in (number, number + 1))
+    along = (after - here) / np.linalg.norm(after - here)
+    place = here + depth * np.cross(here, along)
+    return float(np.arccos(place[2] / np.linalg.norm(place))), float(np.arctan2(place[1], place[0]))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [1e-3, 1e-2])
+def test_the_light_of_a_disc_that_crosses_a_caustic_and_its_gradient(size):
+    dark = star_beside(-3 * size)
+    start = kc.functional.starting_points(BESIDE, dark, 6 * size)
+    assert len(start.folds) == 1
+    for depth in (-3.0, -1.001, -0.999, -0.65, 0.0, 0.5, 1.5):
+        star = star_beside(depth * size)
+        assert kc.functional.starting_points(BESIDE, star, 6 * size).indices.tolist() == start.indices.tolist()
+        true = kc.magnification(BESIDE, star, size)
+        found = float(kc.functional.magnification(0.95, 5.0, 1.3, star, size, *start))
+        assert found == pytest.approx(true.total, rel=1e-8)
+    with jax.enable_x64(True):
+
+        def light(x):
+            return kc.functional.magnification(x[0], x[1], x[2], x[3:5], x[5], *start)
+
+        slopes = jax.jit(jax.grad(light))
+        for depth in (-0.5, 0.3, 1.5):
+            x, step = jnp.array([0.95, 5.0, 1.3, *star_beside(depth * size), size]), 1e-4 * size
+            moved = [(light(x + step * unit) - light(x - step * unit)) / (2 * step) for unit in np.eye(6)]
+            assert np.asarray(slopes(x)) == pytest.approx(np.array(moved), rel=1e-5)
+
+
+@pytest.mark.slow
+def test_a_disc_at_a_cusp_has_no_number_as_a_function():
+    cusp = kc.caustics(BESIDE, orders=2)[1].cusps[0]
+    star = cusp.celestial
+    start = kc.functional.starting_points(BESIDE, star, 1e-3)
+    assert math.isnan(float(kc.functional.magnification(0.95, 5.0, 1.3, star, 1e-3, *start)))
+
+
+@pytest.mark.slow
+def test_the_time_of_an_event_and_its_gradient():
+    event = kc.pair_events(kc.Camera(0.999, 6.03), 0.392 * math.pi)[0]
+    with jax.enable_x64(True):
+
+        def time(x):
+            path = jnp.stack([x[3:5], x[5:]])
+            return kc.functional.event_time(x[0], x[1], x[2], path, event.sky, "circular")
+
+        x = jnp.array([0.999, 6.03, math.pi / 2, 0.392 * math.pi, event.longitude - 0.01, 0.0, 1.0])
+        assert float(time(x)) == pytest.approx(0.01, abs=1e-11)
+        slopes = np.asarray(jax.grad(time)(x))
+        step = 1e-5
+        moved = [float(time(x + step * unit) - time(x - step * unit)) / (2 * step) for unit in np.eye(7)]
+        assert slopes == pytest.approx(np.array(moved), rel=1e-5, abs=1e-8)
+        # A caustic that moves by so much in azimuth is met so much later.
+        other = kc.pair_events(kc.Camera(0.999, 6.03 + 1e-3), 0.392 * math.pi)[0]
+        later = (other.longitude - event.longitude) / 1e-3
+        assert slopes[1] == pytest.approx(later, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("function", "arguments", "words"),
+    [
+        ("event_time", (0.9, 10.0, 1.0, [1.0, 2.0], [-0.6, 0.5, 0.4]), "Argument `path` must have the shape"),
+        ("event_time", (0.9, 10.0, 1.0, [[1.0, 2.0]], [-0.6, 0.5]), "Argument `near` must have the shape"),
+        ("magnification", (0.9, 10.0, 1.0, [1.0, 2.0], 0.1, [[0.6, 0.5]], [0], []), "Argument `near` must have"),
+        (
+            "magnification",
+            (0.9, 10.0, 1.0, [1.0, 2.0], 0.1, [[0.6, 0.5, 0.1]], [0], [0.1, 0.2, 0.3]),
+            "Argument `folds` must have the shape",
+        ),
+        ("magnification", (0.9, 10.0, 1.0, [1.0, 2.0], -0.1, [[0.6, 0.5, 0.1]], [0], [[1, 0, 0]]), "Argument `size`"),
+        ("starting_points", (kc.Camera(0.9, 10.0), (1.4, 2.9), -1.0), "Argument `reach` must be an angle"),
+        ("starting_points", (1.0, (1.4, 2.9), 0.1), "Argument `camera` must be"),
+    ],
+)
+def test_bad_arguments_of_events_and_discs_get_one_line(function, arguments, words):
+    with pytest.raises(ValueError, match=words):
+        getattr(kc.functional, function)(*arguments)

@@ -1,4 +1,4 @@
-"""Rays and images of stars as pure functions for JAX: jit, vmap, grad.
+"""Rays, images of stars, pair events and the light of discs as pure functions for JAX: jit, vmap, grad.
 
 Unlike the engines behind `trace_rays`, which are compiled once for all callers and estimate errors, these are traced by
 the caller's own transformations.
@@ -11,7 +11,19 @@ gradients: without `jax_enable_x64`, `jit`, `vmap` and `grad` round Python's flo
 and gradients come back in the type of the arguments.
 """
 
+from kerrcaustics.functional.disc_images import magnification
+from kerrcaustics.functional.fold_events import event_time
 from kerrcaustics.functional.image_roots import Images, images
 from kerrcaustics.functional.rays import direction, travel_time
+from kerrcaustics.functional.starting_points import StartingPoints, starting_points
 
-__all__ = ["Images", "direction", "images", "travel_time"]
+__all__ = [
+    "Images",
+    "StartingPoints",
+    "direction",
+    "event_time",
+    "images",
+    "magnification",
+    "starting_points",
+    "travel_time",
+]

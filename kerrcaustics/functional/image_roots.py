@@ -20,6 +20,7 @@ from kerrcaustics.functional.local_map import (
 )
 from kerrcaustics.functional.traced_arguments import (
     check_axis,
+    check_list,
     check_place,
     direction_of,
     parity_sign,
@@ -226,9 +227,7 @@ def images(
         place, star, near = [wide(x) for x in (spin, radius, inclination)], wide(star), wide(near)
         check_place(*place)
         check_axis("star", star, 2, "(..., 2)")
-        check_axis("near", near, 3, "(..., number, 3)")
-        if near.ndim < 2:
-            raise ValueError(f"Argument `near` must have the shape (..., number, 3), but has {near.shape}.")
+        check_list("near", near)
         return _images(place, star, near, parity_sign(index, near.shape[:-1]), motion)
 
 

@@ -94,3 +94,16 @@ def with_columns(value: Function, both: Both) -> Function:
             return numbers[:count], jnp.sum(columns * given[0], axis=-1)
 
     return smooth
+
+
+def smooth(function: Function) -> Function:
+    """`with_columns` of a function that returns a vector, whose derivatives are taken forward, with its values."""
+
+    def both(arguments: Array, settings: Any) -> tuple[Array, Array]:
+        def twice(arguments: Array) -> tuple[Array, Array]:
+            values = function(arguments, settings)
+            return values, values
+
+        return jax.jacfwd(twice, has_aux=True)(arguments)[::-1]
+
+    return with_columns(function, both)

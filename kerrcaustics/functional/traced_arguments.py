@@ -36,6 +36,18 @@ def check_axis(name: str, value: Array, count: int, shape: str) -> None:
         raise ValueError(f"Argument `{name}` must have the shape {shape}, but has {value.shape}.")
 
 
+def check_list(name: str, value: Array, count: int = 3, shape: str = "(..., number, 3)") -> None:
+    """Raise ValueError unless an array holds lists of vectors with `count` entries."""
+    if value.ndim < 2 or value.shape[-1] != count:
+        raise ValueError(f"Argument `{name}` must have the shape {shape}, but has {value.shape}.")
+
+
+def flattened(value: Array, shape: tuple[int, ...], inner: int) -> Array:
+    """An array over leading axes of this shape, which become one; `inner` axes stay."""
+    own = value.shape[value.ndim - inner :]
+    return jnp.broadcast_to(value, (*shape, *own)).reshape(-1, *own)
+
+
 def direction_of(angles: Float[Array, "... 2"]) -> Float[Array, "... 3"]:
     """Unit vectors with polar angle and azimuth."""
     theta, phi = angles[..., 0], angles[..., 1]
