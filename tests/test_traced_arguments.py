@@ -151,3 +151,9 @@ def test_moments_of_tracks_are_not_traced():
     for method in (found.azimuth_at, found.images_at):
         with pytest.raises(ValueError, match="Argument `time` must hold numbers, but is traced by JAX"):
             jax.grad(method)(1.0)
+
+
+def test_lists_may_be_empty():
+    from kerrcaustics.functional.traced_arguments import flattened
+
+    assert flattened(np.zeros((0, 3)), (2,), 2).shape == (2, 0, 3)

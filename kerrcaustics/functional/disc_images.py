@@ -20,7 +20,9 @@ from kerrcaustics.functional.fold_patch import (
     coefficients_from,
     fold_determinant,
     fold_where,
+    last_steps,
     patch_of,
+    root_of,
     smooth_root,
 )
 from kerrcaustics.functional.image_roots import Near, root
@@ -39,12 +41,13 @@ from kerrcaustics.spacetime.camera import Velocity
 
 # Of the integral along the limb, and of each integral from a fold to the limb, by Gauss and Legendre.
 _NODES = 32, 8
-# Fewer of both, and the relative difference up to which an integral is resolved.
-_FEWER, _AGREES = (20, 5), 1e-6
+# Fewer of both; up to this relative difference the error with all of them is about its square.
+_FEWER, _AGREES = (20, 5), 1e-4
 # Of the caustic within the disc.
 _LINE = 9
-# The patch is wider than the pair's images by this factor; the largest that is left of its polynomials.
-_MARGIN, _RESOLVED = 1.3, 1e-7
+# A patch is wider than its images by this factor; the largest that is left of its polynomials. An image of a disc may
+# be longer than the slopes at its centre tell, by the third factor; beyond the fourth a patch tells of no place.
+_MARGIN, _RESOLVED, _LONGER, _WITHIN = 1.3, 1e-7, 10, 1.02
 
 _LINE_AT = chebyshev.chebpts1(_LINE)
 _TO_LINE = coefficients_from(_LINE_AT)
@@ -116,9 +119,9 @@ def magnification(
     Errors
     ------
     Next to regular folds 1e-12 or so, relative, and derivatives 1e-8, while the disc is small beside its distance from
-    cusps and from other caustics than those of `folds`. Values that change by more than 1e-6 with the nodes of the
-    integrals are NaN. Next to the touch of limb and caustic derivatives grow without bound, as the logarithm of the
-    distance. `kc.magnification`, which is certified, tells the error of a value.
+    cusps and from other caustics than those of `folds`. Where two thirds of the nodes, or half of them, change an
+    integral by more than 1e-4 of itself, the value is NaN. Next to the touch of limb and caustic derivatives grow
+    without bound, as the logarithm of the distance. `kc.magnification`, which is certified, tells the error of a value.
 
     Notes
     -----
@@ -160,7 +163,7 @@ def _magnification(
     arguments = with_place([*place, size], direction_of(star))
     shape = jnp.broadcast_shapes(arguments.shape[:-1], near.shape[:-2], folds.shape[:-2])
     flat = [flattened(x, shape, n) for x, n in ((arguments, 1), (near, 2), (sign, 1), (folds, 2))]
-    return jax.vmap(lambda one, *parts: _disc(one, Parts(*parts, motion)))(*flat).reshape(shape)
+    return jax.vmap(lambda one, *given: _disc(one, Parts(*given, motion=motion)))(*flat).reshape(shape)
 
 
 class Parts(NamedTuple):
@@ -189,24 +192,37 @@ def _disc(arguments: Float[Array, "7"], parts: Parts) -> Float[Array, "1"]:
 def _image_area(numbers: Vector, disc: Disc, near: Near) -> Array:
     """The solid angle of one image of a disc, by an integral over the disc."""
     fixed = jax.lax.stop_gradient
-    camera, centre = fixed((numbers, disc.centre))
-    sky = root(jnp.concatenate([camera, centre]), near)
-    _, columns = jacobian(camera, sky, near.motion)
-    _, sizes, right = jnp.linalg.svd(columns)
-    place = Place(sky, tangents(sky) @ right.T, _MARGIN * fixed(disc.radius) / sizes)
+    place = _place_of_image(fixed(numbers), fixed(disc), near)
     patch = patch_of(numbers, place, near.motion, disc.seen, _IMAGE_NODES)
-    slopes = fixed(jax.jacfwd(patch)(jnp.zeros(2)))
-
-    def density(goal: Pair) -> Array:
-        at = smooth_root(lambda at: patch(at) - goal, jnp.linalg.solve(slopes, fixed(goal)))
-        return place.area(at) / jnp.abs(fold_determinant(patch, at))
-
-    densities = jax.vmap(jax.vmap(density))(disc.radius * jnp.asarray(_DISC))
+    images = jax.vmap(jax.vmap(partial(_inside, patch)))(disc.radius * jnp.asarray(_DISC))
+    densities = jax.vmap(jax.vmap(partial(_density, place, patch)))(images)
     area = jnp.pi * disc.radius**2 * (densities.mean(axis=-1) @ _DISC_SHARES)
     # A rule of half as many turns tells whether the density is resolved.
     fewer = jnp.pi * disc.radius**2 * (densities[:, ::2].mean(axis=-1) @ _DISC_SHARES)
     resolved = (fixed(patch.tail()) < _RESOLVED) & (jnp.abs(fixed(fewer / area) - 1) < _AGREES)
-    return jnp.where(resolved, area, jnp.nan)
+    return jnp.where(resolved & (jnp.abs(fixed(images)).max() < _WITHIN), area, jnp.nan)
+
+
+def _place_of_image(numbers: Vector, disc: Disc, near: Near) -> Place:
+    """A patch that holds one image of a disc: first by the lens map's slopes, then by that patch."""
+    sky = root(jnp.concatenate([numbers, disc.centre]), near)
+    _, columns = jacobian(numbers, sky, near.motion)
+    _, sizes, right = jnp.linalg.svd(columns)
+    place = Place(sky, tangents(sky) @ right.T, _MARGIN * disc.radius / sizes)
+    patch = patch_of(numbers, place, near.motion, disc.seen, _IMAGE_NODES)
+    limb = jax.vmap(partial(_inside, patch))(disc.radius * jnp.asarray(_DISC[-1] / np.linalg.norm(_DISC[-1, 0])))
+    return place._replace(widths=_MARGIN * place.widths * jnp.clip(jnp.abs(limb).max(axis=0), 0.5, _LONGER))
+
+
+def _inside(patch: Patch, goal: Pair) -> Pair:
+    """The image of a place of the disc, in the patch of one image."""
+    start = jnp.linalg.solve(jax.jacfwd(patch)(jnp.zeros(2)), goal)
+    return smooth_root(lambda at: patch(at) - goal, jax.lax.stop_gradient(start))
+
+
+def _density(place: Place, patch: Patch, at: Pair) -> Array:
+    """Solid angle of the camera sky for one unit of area of the disc."""
+    return place.area(at) / jnp.abs(fold_determinant(patch, at))
 
 
 class Shape(NamedTuple):
@@ -321,7 +337,10 @@ def _ends(caustic: Array, radius: Array) -> Float[Array, "2"]:
 def _integral(
     patch: Patch, place: Place, disc: Disc, caustic: tuple[Array, Array], shape: Shape, rule: tuple[int, int]
 ) -> Array:
-    """The area of a pair's images: integral along the limb of E dy, E that from the caustic to the limb."""
+    """The area of a pair's images: integral along the limb of E dy, E that from the caustic to the limb.
+
+    NaN where the images reach out of the patch.
+    """
     line, folds = caustic
     (nodes, shares), (across_nodes, across_shares) = map(leggauss, rule)
     ends = _ends(line, disc.radius)
@@ -333,18 +352,42 @@ def _integral(
     inside = disc.radius * jnp.cos(angles) - _series(line, jnp.sin(angles))
     root = jnp.sqrt(jnp.where(inside > 0, inside, 1.0))
 
-    def density(y: Array, part: Array) -> Array:
+    def densities(y: Array, parts: Array) -> tuple[Array, Array]:
+        """Of both images at one y, and how far they are from the middle of the patch."""
         x, start = _series(line, y / disc.radius), jax.vmap(_series, (1, None))(folds, y / disc.radius)
-        step = jax.lax.stop_gradient(part / jnp.sqrt(shape.bend[0]) / place.widths[0])
+        goals = jnp.stack([x + parts**2, jnp.full(len(parts), y)], axis=-1)
 
-        def image(sign: float) -> Array:
-            goal = jnp.stack([x + part * part, y])
-            at = smooth_root(lambda at: patch(at) - goal, jax.lax.stop_gradient(start) + jnp.stack([sign * step, 0.0]))
-            return place.area(at) / jnp.abs(fold_determinant(patch, at))
+        def images(sense: float) -> Float[Array, "parts 2"]:
+            near = _from_fold(*jax.lax.stop_gradient((patch, start, sense, goals, parts)))
+            return jax.vmap(lambda goal, at: last_steps(lambda at: patch(at) - goal, at))(goals, near)
 
-        return 2 * part * (image(1.0) + image(-1.0))
+        pair = jnp.stack([images(1.0), images(-1.0)])
+        sizes = jax.vmap(jax.vmap(partial(_density, place, patch)))(pair)
+        return 2 * parts * sizes.sum(axis=0), jnp.abs(pair).max()
 
     parts = root[:, None] * (1 + across_nodes) / 2
-    densities = jax.vmap(jax.vmap(density, (None, 0)))(y, parts)
-    inner = root * (densities @ across_shares) / 2
-    return jnp.sum(jnp.where(inside > 0, weights * inner, 0.0))
+    each, away = jax.vmap(densities)(y, parts)
+    inner = root * (each @ across_shares) / 2
+    within = jax.lax.stop_gradient(jnp.where(inside > 0, away, 0.0)).max() < _WITHIN
+    return jnp.where(within, jnp.sum(jnp.where(inside > 0, weights * inner, 0.0)), jnp.nan)
+
+
+def _from_fold(
+    patch: Patch, fold: Pair, sense: float, goals: Float[Array, "parts 2"], parts: Float[Array, " parts"]
+) -> Float[Array, "parts 2"]:
+    """Images of places farther and farther from a fold, on one side of it: at the squares of parts."""
+    left, _, right = jnp.linalg.svd(jax.jacfwd(patch)(fold))
+    kernel, across = right[1] * jnp.sign(right[1, 0]), left[:, 1]
+    bend = across @ (jax.jacfwd(jax.jacfwd(patch))(fold) @ kernel @ kernel) / 2
+    start = sense * jnp.sqrt(jnp.abs(across[0] / bend)) * kernel
+
+    def following(last: tuple[Array, Array], now: tuple[Pair, Array]) -> tuple[tuple[Array, Array], Pair]:
+        # The way from the fold, by the part, goes on as a straight line from the two before.
+        slopes, at_parts = last
+        goal, part = now
+        ahead = slopes[1] + (slopes[1] - slopes[0]) * (part - at_parts[1]) / (at_parts[1] - at_parts[0])
+        at = root_of(lambda at: patch(at) - goal, fold + part * ahead)
+        return (jnp.stack([slopes[1], (at - fold) / part]), jnp.stack([at_parts[1], part])), at
+
+    first = jnp.stack([start, start]), jnp.stack([-parts[0], 0.0])
+    return jax.lax.scan(following, first, (goals, parts))[1]

@@ -100,8 +100,13 @@ def root_of(residual: Residual, start: Array) -> Array:
 
 
 def smooth_root(residual: Residual, start: Array) -> Array:
-    """A root from a place next to it, with its derivatives, which are those of the last steps."""
-    return newton_step(residual, newton_step(residual, root_of(residual, start)))
+    """A root from a place next to it, with its derivatives."""
+    return last_steps(residual, root_of(residual, start))
+
+
+def last_steps(residual: Residual, root: Array) -> Array:
+    """A root that is known as a constant, with its derivatives."""
+    return newton_step(residual, newton_step(residual, root))
 
 
 def newton_step(residual: Residual, at: Array) -> Array:

@@ -19,6 +19,9 @@ from kerrcaustics.spacetime.sphere import from_angles, lengths
 
 Array = np.ndarray
 
+# A star so close to a caustic, radians, may have a pair of images, on either side.
+_ON_CAUSTIC = 1e-9
+
 
 class StartingPoints(NamedTuple):
     """Arguments of `kc.functional.magnification`.
@@ -44,7 +47,8 @@ def starting_points(camera: Camera, star: tuple[float, float], reach: float, max
         Radians: pairs of images are taken together where their caustic is so close to the star. Five radii of a disc
         and more, or the way of a star that is seen through the caustic.
     max_index : int
-        1 to 6: images with Morse index up to it.
+        1 to 6: images with Morse index up to it. Discs that reach the caustic of the next order, where one image of a
+        pair is left out, are NaN.
 
     Returns
     -------
@@ -53,8 +57,7 @@ def starting_points(camera: Camera, star: tuple[float, float], reach: float, max
     Raises
     ------
     ValueError
-        If an argument is invalid, or within reach there is a caustic that is a point, or one whose pairs have one image
-        of index `max_index` + 1.
+        If an argument is invalid, or within reach there is a caustic that is a point.
 
     Examples
     --------
@@ -70,11 +73,12 @@ def starting_points(camera: Camera, star: tuple[float, float], reach: float, max
     centre = from_angles(*star)
     single = np.ones(len(images), bool)
     folds = []
-    for caustic in caustics(camera, max_index + 1):
+    for caustic in caustics(camera, max_index):
         for near in _closest_points(caustic, centre, reach):
-            if caustic.kind == "point" or caustic.order > max_index:
-                what = "is a point" if caustic.kind == "point" else "creates images of a higher index than `max_index`"
-                raise ValueError(f"Argument `star` lies next to the caustic of order {caustic.order}, which {what}.")
+            if caustic.kind == "point":
+                raise ValueError(
+                    f"Argument `star` lies next to the caustic of order {caustic.order}, which is a point."
+                )
             folds.append(near)
             single[_pair(camera, centre, images, caustic.order, near)] = False
     return StartingPoints(images.sky[single], images.index[single], np.array(folds).reshape(-1, 3))
@@ -102,20 +106,25 @@ def _pair(
     assert camera.velocity is not None
     with float64():
         place = jnp.asarray([camera.spin, camera.radius, camera.inclination])
-        skies = _pair_skies(place, jnp.asarray(centre), jnp.asarray(near), motion_of(camera.velocity))
+        skies, reach = _pair_skies(place, jnp.asarray(centre), jnp.asarray(near), motion_of(camera.velocity))
+    skies, reach = np.asarray(skies), float(reach)
     pair = []
     for index in (order - 1, order):
         candidates = np.flatnonzero(images.index == index)
-        away = lengths(images.sky[candidates, None] - np.asarray(skies)).min(axis=1, initial=np.inf)
-        if np.isfinite(away).any():
+        away = lengths(images.sky[candidates, None] - skies).min(axis=1, initial=np.inf)
+        if away.min(initial=np.inf) < reach:
             pair.append(int(candidates[away.argmin()]))
     return pair
 
 
 @jax.jit
-def _pair_skies(place: jax.Array, centre: jax.Array, near: jax.Array, motion: Moving) -> jax.Array:
-    """Directions next to the two images of a pair; NaN on the dark side of the caustic."""
+def _pair_skies(place: jax.Array, centre: jax.Array, near: jax.Array, motion: Moving) -> tuple[jax.Array, jax.Array]:
+    """Directions next to the two images of a pair, and how close the images are to them.
+
+    On the dark side of the caustic, 0; of a star that is on it within rounding, more than the distance of the images.
+    """
     fold, shape = closest_fold(place, centre, near, motion)
     depth = (centre - unit(fold.patch(fold.at))) @ shape.across
-    step = jnp.sqrt(depth / shape.bend[0]) * shape.axes[:, 0]
-    return jnp.stack([unit(fold.sky + step), unit(fold.sky - step)])
+    step = jnp.sqrt((jnp.abs(depth) + _ON_CAUSTIC) / shape.bend[0])
+    skies = [unit(fold.sky + sign * step * shape.axes[:, 0]) for sign in (1, -1)]
+    return jnp.stack(skies), jnp.where(depth > -_ON_CAUSTIC, 2 * step, 0)

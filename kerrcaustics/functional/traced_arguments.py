@@ -1,5 +1,6 @@
 """Arguments that JAX may trace: float64, and checks of those that are numbers."""
 
+import math
 from typing import Any
 
 import jax
@@ -45,7 +46,7 @@ def check_list(name: str, value: Array, count: int = 3, shape: str = "(..., numb
 def flattened(value: Array, shape: tuple[int, ...], inner: int) -> Array:
     """An array over leading axes of this shape, which become one; `inner` axes stay."""
     own = value.shape[value.ndim - inner :]
-    return jnp.broadcast_to(value, (*shape, *own)).reshape(-1, *own)
+    return jnp.broadcast_to(value, (*shape, *own)).reshape(math.prod(shape), *own)
 
 
 def direction_of(angles: Float[Array, "... 2"]) -> Float[Array, "... 3"]:
