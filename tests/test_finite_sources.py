@@ -296,3 +296,15 @@ def test_lines_are_followed_as_far_down_as_doubles_reach(radius, recwarn):
         and line_of_sight[2] == pytest.approx(line_of_sight[3], abs=1e-15)
         and not recwarn.list
     )
+
+
+@pytest.mark.parametrize("offset", [1.1, 1.01, 0.999])
+def test_limb_next_to_a_caustic_that_is_a_point(offset):
+    # Next to the axis the images of index 2 are arcs of half a ring, 1e-6 rad thick.
+    camera, size = kc.Camera(0.0, 10.0, velocity="fiducial"), math.radians(3)
+    seen = kc.magnification(camera, (math.pi / 2, math.pi + offset * size), size)
+    assert seen.certified
+    assert seen.error < 1e-8 * seen.total
+    # The hole is round: the way aside does not matter.
+    turned = kc.magnification(camera, (math.pi / 2 - offset * size, math.pi), size)
+    assert abs(seen.total - turned.total) < seen.error + turned.error

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 
-from kerrcaustics.curves.caustic import CausticSet
+from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.curves.caustic_search import caustics as caustics_of
 from kerrcaustics.draw import style
 from kerrcaustics.draw.image_figure import sky_and_source
@@ -19,6 +19,7 @@ from kerrcaustics.draw.sky_results import critical_curves, labelled_once, shadow
 from kerrcaustics.extended_sources.magnification import LimbImage, Magnification
 from kerrcaustics.extended_sources.measured import sphere_scale
 from kerrcaustics.spacetime.sphere import polar_angle
+from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.level_curves.circle import Circle
 
 Array = np.ndarray
@@ -54,6 +55,34 @@ def source_images(ax: Axes, seen: Magnification, *, caustics: CausticSet | None 
     for image in seen.images:
         limb_image(ax, image)
     return labelled_once(ax)
+
+
+def unrolled_images(ax: Axes, seen: Magnification, critical: Caustic, middle: Float[Array, " axes"]) -> Axes:
+    """Images that have parts next to a critical curve, filled: the curve is the line 0, and lengths across it are free.
+
+    To the right the position angle from the direction `middle`, up the distance outward from the curve, degrees.
+    """
+    camera = seen.camera
+    curve = _turn_and_distance(camera, critical.sky)
+    curve = curve[np.argsort(curve[:, 0])]
+    zero = _turn_and_distance(camera, middle[None])[0, 0]
+    ax.axhline(0, **style.order_line(critical.order))
+    for image in seen.images:
+        index = np.append(image.index, image.index[:1])
+        if not np.isin(index, (critical.order - 1, critical.order)).all():
+            continue
+        turn, distance = _turn_and_distance(camera, whole_line(image.sky, True)).T
+        places = np.stack([(turn - zero + 180) % 360 - 180, distance - np.interp(turn, *curve.T, period=360)], axis=-1)
+        ax.fill(*places.T, **_FILL)
+        for k in np.unique(index).tolist():
+            ax.plot(*_where(places, index == k).T, **style.index_line(k))
+    return ax
+
+
+def _turn_and_distance(camera: Viewer, sky: Float[Array, "points axes"]) -> Float[Array, "points 2"]:
+    """Position angle and distance from the middle of the shadow, degrees."""
+    x, y = about_shadow(camera, sky).T
+    return np.stack([np.degrees(np.arctan2(y, x)), np.hypot(x, y)], axis=-1)
 
 
 def source_images_figure(seen: Magnification) -> Figure:

@@ -27,6 +27,7 @@ from kerrcaustics.extended_sources.arcs import (
     with_ends,
 )
 from kerrcaustics.lens_map.search_sky import TOLERANCE
+from kerrcaustics.lens_map.sky_chart import chart_of
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import flattened, lengths, tangent_basis
 from kerrcaustics.spacetime.viewer import Viewer
@@ -46,6 +47,11 @@ _MOST_ARCS = 5000
 # Longest steps, in parts of an arc: of Newton's method, elsewhere and at folds, and along the gradient; cosine of the
 # angle between arc and gradient above which the arc has lost the limb.
 _LONGEST_STEP, _LONGEST_AT_FOLD, _LONGEST_PART, _MOST_COSINE = 0.25, 0.02, 0.3, 0.5
+# Longest turn about the hole, radians, of arcs of images of index 2 that are moved along the limb, times the next for
+# each more: as the square root of the thickness of the layers of images.
+_LONGEST_TURN, _THINNER = 0.01, 0.2
+# As many times as the number of arcs in doubt grows in a row, the limb is lost.
+_LASTING = 4
 # An arc is not halved where its error is below so many times that of the rays.
 _ROUND_OFF = 5.0
 
@@ -87,23 +93,36 @@ class _Offset:
 
 @dataclass(frozen=True)
 class Limb:
-    """The limb of a disc on a surface, for a viewer at rest; circle: its rim."""
+    """The limb of a disc on a surface, for a viewer at rest.
+
+    circle: its rim; evenly: points of long arcs in thin layers next to the hole stay evenly spread, so that they show
+    how these bend.
+    """
 
     camera: Viewer
     surface: End
     circle: Circle
+    evenly: bool = False
 
     def arcs(self, guessed: GuessedArcs, first: int, wanted: float) -> tuple[BoundaryArcs, int]:
         """Arcs on the limb from guesses, and how many of them are in doubt.
 
         first: number of the first new node; wanted: error of the area in all, square radians.
         """
+        found, doubtful = self._arcs(guessed, first, wanted)
+        if doubtful:
+            others, fewer = replace(self, evenly=True)._arcs(guessed, first, wanted)
+            if fewer < doubtful:
+                return others, fewer
+        return found, doubtful
+
+    def _arcs(self, guessed: GuessedArcs, first: int, wanted: float) -> tuple[BoundaryArcs, int]:
         size = _lengths_of(with_ends(guessed.start, guessed.guess, guessed.stop))
         both, part = np.concatenate([guessed.start, guessed.stop]), np.repeat([-1.0, 1.0], len(guessed))
         start, stop = np.split(self._on_limb(both, guessed.joined(guessed), part, np.tile(size, 2)), 2)
         guessed = replace(guessed, start=start, stop=stop)
         parts: list[BoundaryArcs] = []
-        good = np.empty(0, bool)
+        bad: list[int] = []
         for halving in range(_MOST_HALVINGS + 1):
             links, start, stop = guessed.links, guessed.start, guessed.stop
             guess = self._moved(guessed.guess, guessed, GUESSED[None], size)[0]
@@ -115,13 +134,15 @@ class Limb:
             beside, noise = ((part * speed) @ WEIGHTS for part in (np.abs(offset.length), offset.error))
             lost = (np.abs(np.einsum("anx,anx->an", rate, offset.inward)) > _MOST_COSINE * speed).any(axis=1)
             good = ~lost & ((beside <= wanted / len(links)) | (beside <= _ROUND_OFF * noise))
-            kept = good | (halving == _MOST_HALVINGS) | ((~good).sum() > _MOST_ARCS)
+            bad.append(int((~good).sum()))
+            lasting = len(bad) > _LASTING and bool((np.diff(bad[-_LASTING - 1 :]) > 0).all())
+            kept = good | (halving == _MOST_HALVINGS) | lasting | (bad[-1] > _MOST_ARCS)
             parts.append(BoundaryArcs(links.index, links.left, links.right, start, stop, points, beside + noise)[kept])
             if kept.all():
                 break
             guessed, size = self._halved(guessed[~kept], points[~kept], size[~kept], first)
             first += int((~kept).sum())
-        return parts[0].joined(*parts[1:]), int((~good).sum())
+        return parts[0].joined(*parts[1:]), bad[-1]
 
     def _halved(self, guessed: GuessedArcs, points: _Places, size: _OfArcs, first: int) -> tuple[GuessedArcs, _OfArcs]:
         """Both halves of arcs, and their sizes; points: at `NODES`; first: number of the first new node."""
@@ -158,12 +179,17 @@ class Limb:
         step = beams.pulled_back(flat, flattened(beams.direction, star - beams.direction))
         most = np.where(arcs.at_fold, _LONGEST_AT_FOLD, _LONGEST_STEP) * size
         # Not along the limb, where J^-1 is uncertain, and not to other images.
+        layer = np.maximum(arcs.links.index - 1, 0)
+        turn = size / np.hypot(arcs.start[:, 1], arcs.start[:, 2])
+        most[self.evenly & (layer > 0) & (turn > _LONGEST_TURN * _THINNER**layer)] = 0
         far = ~(lengths(step) < np.repeat(most, shape[1]))
         size = np.repeat(size, shape[1])
         most = _LONGEST_PART * size[far]
         step[far] = np.clip(np.nan_to_num(offset.length[far], posinf=0), -most, most)[:, None] * offset.inward[far]
         seen = _Offset(*(values.reshape(shape[:2] + values.shape[1:]) for values in vars(offset).values()))
-        return unit(flat + step).reshape(shape), seen
+        # Steps bend with the layers of images next to the hole, which are thinner than the ring is bent.
+        reached = chart_of(self.camera).stepped(flat, step, np.ones(len(flat)))[0]
+        return reached.reshape(shape), seen
 
     def _offset(self, sky: Float[Array, "n 3"], beams: Beams) -> _Offset:
         upward = flattened(beams.direction, self.circle.upward_and_east(beams.direction)[0])

@@ -14,7 +14,7 @@ from kerrcaustics.images.sheets import sheets_of
 from kerrcaustics.spacetime.viewer import Viewer
 
 # Parts by which the radius of a disc is changed whose limb touches a caustic.
-_BESIDE = (1e-7, 1e-5, 1e-3)
+_BESIDE = (1e-7, 1e-5, 1e-4, 1e-3)
 # Radii closer than this part of that of the disc are one.
 _APART = 0.01
 
