@@ -81,8 +81,9 @@ def _ring() -> _Scene:
     def show(ax: Axes, seen: Magnification) -> None:
         source_images(ax, seen, caustics=caustics)
         ax.set(xlim=(-62, 62), ylim=(-62, 62), aspect="equal", xlabel="deg", ylabel="deg", title="camera sky")
-        handles, names = ax.get_legend_handles_labels()
-        ax.legend(handles[1:], names[1:], loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3)
+        # Every label once.
+        names = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
+        ax.legend(names.values(), names, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3)
 
     return _Scene(
         "A star of 3 deg behind a hole without spin, r = 10 M",
