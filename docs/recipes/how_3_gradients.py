@@ -80,6 +80,7 @@ plt.show()
 # At the end the number of right digits doubles from step to step, down to round-off: that happens only with gradients
 # that are right. Differences of two calls in place of the gradient would stop halfway.
 #
-# The functions know single lines of sight, to the celestial sphere. Images, caustics and events are found by searches,
-# which JAX cannot differentiate: their derivatives are those of the first part. A line of sight that is captured is
-# ``nan``, and so is its gradient. More is in the `Python reference <../api.html#derivatives>`_.
+# ``direction`` is that of one line of sight, to the celestial sphere; one that is captured is ``nan``, and so is its
+# gradient. Searches for images and caustics are not differentiated. ``kc.functional.images`` follows images that were
+# found, ``event_time`` is the time at which a star meets a caustic, and ``magnification`` the light of a disc, through
+# caustics too. More is in the `Python reference <../api.html#derivatives>`_.

@@ -10,7 +10,7 @@ two. Left the images, right the light of all of them up to index 2.
 
 import math
 from collections.abc import Callable
-from functools import cache
+from functools import cached_property
 
 import numpy as np
 from matplotlib import rc_context
@@ -19,6 +19,7 @@ from matplotlib.axes import Axes
 import kerrcaustics as kc
 from kerrcaustics.draw import style
 from kerrcaustics.draw.films import Film, blank_frame, pixels
+from kerrcaustics.draw.sky_results import labelled_once
 from kerrcaustics.draw.source_images import source_images, unrolled_images
 from kerrcaustics.extended_sources.magnification import Magnification
 
@@ -53,7 +54,7 @@ class _Scene:
         """light_axis: the name of the place on the way, and its first and last value."""
         self._title, (self._name, self._ends), self._seen, self._show = title, light_axis, seen, show
 
-    @cache  # noqa: B019 (a scene lives as long as its film)
+    @cached_property
     def _light(self) -> tuple[np.ndarray, np.ndarray]:
         at = np.linspace(0, 1, _CURVE_POINTS)
         return np.interp(at, (0, 1), self._ends), np.array([self._seen(place).total for place in at.tolist()])
@@ -66,7 +67,7 @@ class _Scene:
             left, right = figure.subplots(1, 2)
             figure.subplots_adjust(left=0.07, right=0.97, bottom=0.22, top=0.87, wspace=0.2)
             self._show(left, seen)
-            right.plot(*self._light(), color=style.PALETTE[0])
+            right.plot(*self._light, color=style.PALETTE[0])
             right.plot(np.interp(place, (0, 1), self._ends), seen.total, "o", color=style.PALETTE[1])
             right.set(xlabel=self._name, ylabel="magnification", xlim=self._ends, title="light")
             figure.suptitle(self._title, fontsize=15)
@@ -81,9 +82,7 @@ def _ring() -> _Scene:
     def show(ax: Axes, seen: Magnification) -> None:
         source_images(ax, seen, caustics=caustics)
         ax.set(xlim=(-62, 62), ylim=(-62, 62), aspect="equal", xlabel="deg", ylabel="deg", title="camera sky")
-        # Every label once.
-        names = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
-        ax.legend(names.values(), names, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3)
+        labelled_once(ax, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3)
 
     return _Scene(
         "A star of 3 deg behind a hole without spin, r = 10 M",

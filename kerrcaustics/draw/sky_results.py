@@ -297,12 +297,12 @@ def _on_sky(ax: Axes, camera: Viewer, sky: Float[Array, "n k"], **settings: Any)
     return name_sky_axes(ax, camera.sky_unit)
 
 
-def labelled_once(ax: Axes) -> Axes:
-    """Every label once."""
+def labelled_once(ax: Axes, **legend: Any) -> Axes:
+    """Every label once; legend: settings of the legend."""
     handles, labels = ax.get_legend_handles_labels()
     once = dict(zip(labels, handles, strict=True))
     if once:
-        ax.legend(once.values(), once.keys(), **_LEGEND)
+        ax.legend(once.values(), once.keys(), **{**_LEGEND, **legend})
     return ax
 
 

@@ -49,7 +49,7 @@ _MOST_ARCS = 5000
 _LONGEST_STEP, _LONGEST_AT_FOLD, _LONGEST_PART, _MOST_COSINE = 0.25, 0.02, 0.3, 0.5
 # Longest turn about the hole, radians, of arcs of images of index 2 that are moved along the limb, times the next for
 # each more: as the square root of the thickness of the layers of images.
-_LONGEST_TURN, _THINNER = 0.01, 0.2
+_LONGEST_TURN, _THINNER = 0.002, 0.2
 # As many times as the number of arcs in doubt grows in a row, the limb is lost.
 _LASTING = 4
 # An arc is not halved where its error is below so many times that of the rays.
@@ -179,9 +179,9 @@ class Limb:
         step = beams.pulled_back(flat, flattened(beams.direction, star - beams.direction))
         most = np.where(arcs.at_fold, _LONGEST_AT_FOLD, _LONGEST_STEP) * size
         # Not along the limb, where J^-1 is uncertain, and not to other images.
-        layer = np.maximum(arcs.links.index - 1, 0)
+        deep = arcs.links.index - 2
         turn = size / np.hypot(arcs.start[:, 1], arcs.start[:, 2])
-        most[self.evenly & (layer > 0) & (turn > _LONGEST_TURN * _THINNER**layer)] = 0
+        most[self.evenly & (deep >= 0) & (turn > _LONGEST_TURN * _THINNER ** np.maximum(deep, 0))] = 0
         far = ~(lengths(step) < np.repeat(most, shape[1]))
         size = np.repeat(size, shape[1])
         most = _LONGEST_PART * size[far]

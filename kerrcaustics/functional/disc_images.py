@@ -29,7 +29,6 @@ from kerrcaustics.functional.image_roots import Near, root
 from kerrcaustics.functional.local_map import Vector, determinant, jacobian, smooth, tangents, unit
 from kerrcaustics.functional.traced_arguments import (
     check_axis,
-    check_list,
     check_place,
     direction_of,
     flattened,
@@ -152,7 +151,7 @@ def magnification(
         if not isinstance(size, Tracer) and not ((size > 0) & (size < 1)).all():
             raise ValueError("Argument `size` must lie between 0 and 1 radian.")
         for name, value in (("near", near), ("folds", folds)):
-            check_list(name, value)
+            check_axis(name, value, 3, "(..., number, 3)", axes=2)
         return _magnification(place, star, size, near, parity_sign(index, near.shape[:-1]), folds, motion)
 
 
@@ -249,7 +248,7 @@ def pair_area(numbers: Vector, disc: Disc, near: Vector, motion: Moving) -> Arra
     patch = patch_of(numbers, place, motion, disc.seen)
     resolved = fold.found & (fixed(patch.tail()) < _RESOLVED)
     caustic = _caustic(patch, disc.radius)
-    areas = [_integral(patch, place, disc, caustic, shape, rule) for rule in (_NODES, _FEWER)]
+    areas = [_integral(patch, place, disc, caustic, rule) for rule in (_NODES, _FEWER)]
     more = disc.radius**2 + jnp.abs(areas[0])
     resolved &= jnp.abs(fixed(areas[1] - areas[0])) < _AGREES * fixed(more)
     return jnp.where(resolved, areas[0], jnp.nan)
@@ -334,9 +333,7 @@ def _ends(caustic: Array, radius: Array) -> Float[Array, "2"]:
     return jnp.stack([end(1.0), end(-1.0)])
 
 
-def _integral(
-    patch: Patch, place: Place, disc: Disc, caustic: tuple[Array, Array], shape: Shape, rule: tuple[int, int]
-) -> Array:
+def _integral(patch: Patch, place: Place, disc: Disc, caustic: tuple[Array, Array], rule: tuple[int, int]) -> Array:
     """The area of a pair's images: integral along the limb of E dy, E that from the caustic to the limb.
 
     NaN where the images reach out of the patch.

@@ -12,7 +12,6 @@ from kerrcaustics.functional.fold_patch import Patch, fold_where, patch_of, smoo
 from kerrcaustics.functional.local_map import Vector, determinant, smooth, tangents, unit
 from kerrcaustics.functional.traced_arguments import (
     check_axis,
-    check_list,
     check_place,
     direction_of,
     flattened,
@@ -65,7 +64,7 @@ def event_time(
     with float64():
         place, path, near = [wide(x) for x in (spin, radius, inclination)], wide(path), wide(near)
         check_place(*place)
-        check_list("path", path, 2, "(..., terms, 2)")
+        check_axis("path", path, 2, "(..., terms, 2)", axes=2)
         check_axis("near", near, 3, "(..., 3)")
         return _event_time(place, path, near, motion)
 

@@ -20,7 +20,6 @@ from kerrcaustics.functional.local_map import (
 )
 from kerrcaustics.functional.traced_arguments import (
     check_axis,
-    check_list,
     check_place,
     direction_of,
     parity_sign,
@@ -227,7 +226,7 @@ def images(
         place, star, near = [wide(x) for x in (spin, radius, inclination)], wide(star), wide(near)
         check_place(*place)
         check_axis("star", star, 2, "(..., 2)")
-        check_list("near", near)
+        check_axis("near", near, 3, "(..., number, 3)", axes=2)
         return _images(place, star, near, parity_sign(index, near.shape[:-1]), motion)
 
 

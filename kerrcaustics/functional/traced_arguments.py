@@ -31,15 +31,9 @@ def wide(value: Any) -> Array:
     return jnp.asarray(value, jnp.float64)
 
 
-def check_axis(name: str, value: Array, count: int, shape: str) -> None:
+def check_axis(name: str, value: Array, count: int, shape: str, axes: int = 1) -> None:
     """Raise ValueError unless the last axis of an array has `count` entries."""
-    if value.ndim == 0 or value.shape[-1] != count:
-        raise ValueError(f"Argument `{name}` must have the shape {shape}, but has {value.shape}.")
-
-
-def check_list(name: str, value: Array, count: int = 3, shape: str = "(..., number, 3)") -> None:
-    """Raise ValueError unless an array holds lists of vectors with `count` entries."""
-    if value.ndim < 2 or value.shape[-1] != count:
+    if value.ndim < axes or value.shape[-1] != count:
         raise ValueError(f"Argument `{name}` must have the shape {shape}, but has {value.shape}.")
 
 
