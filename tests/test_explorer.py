@@ -71,6 +71,9 @@ def test_addresses_bring_states_back(state):
         ({"spin": math.nan}, "`spin` must be a finite number"),
         ({"spin": "fast"}, "`spin`"),
         ({"radius": 1e9}, "`radius` must lie in"),
+        ({"size": -1}, "`size` must lie in"),
+        ({"size": 1e-9}, "`size` must lie in"),
+        ({"size": 90}, "`size` must lie in"),
         ({"orders": 5}, "`orders`"),
         ({"orders": True}, "`orders`"),
         ({"theta": [1]}, "`theta`"),
@@ -128,6 +131,24 @@ def test_commands_and_python_give_the_same(capsys):
     names = {}
     exec(STATE.python(), names)
     assert names["images"].sky.tolist() == images["sky"] and len(names["caustics"]) == 2
+
+
+def test_shapes_are_those_of_the_package_and_of_commands(capsys):
+    from command_line import run
+
+    record, arrays = read(answer(*question(asked("shapes", size=2.0))).encoded())
+    state = ExplorerState.of(record["state"])
+    seen = kc.magnification(state.camera(), state.star(), math.radians(2), max_index=1)
+    assert (record["total"], record["error"], record["certified"]) == (seen.total, seen.error, True)
+    assert record["per_index"] == list(seen.per_index.values()) and len(arrays) == len(seen.images)
+    for limb, image in zip(arrays.values(), seen.images, strict=True):
+        assert np.allclose(limb[:, :3], image.sky, atol=1e-7, rtol=0) and limb[:, 3].tolist() == image.index.tolist()
+    status, out, _ = run(capsys, *state.commands()[-1].split()[1:], "--json", "-")
+    assert status == 0 and json.loads(out)["total"] == pytest.approx(seen.total, rel=1e-12)
+    names = {}
+    exec(state.python(), names)
+    assert names["seen"].total == pytest.approx(seen.total, rel=1e-12)
+    assert answer(*question(asked("shapes"))).record["kind"] == "refusal"
 
 
 def test_coarse_curves_lie_on_the_critical_curves():

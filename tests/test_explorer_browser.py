@@ -1,6 +1,7 @@
 """A recorded session with the explorer in headless Chromium."""
 
 import json
+import math
 from itertools import pairwise
 from urllib.parse import urlsplit
 
@@ -98,6 +99,23 @@ def test_session(page, address):
     settled(page)
     again = page.evaluate("[explorer.counts(), explorer.state()]")
     assert again[0] == counts and ExplorerState.of(again[1]).address() == ExplorerState.of(here).address()
+
+
+def test_a_star_with_a_size_has_images_with_shapes(page, address):
+    page.goto(f"{address}#spin=0.5&orders=2&theta=80&phi=170")
+    settled(page)
+    assert page.evaluate("explorer.light()") is None
+    page.get_by_label("Star radius (°)", exact=True).fill("0")
+    settled(page)
+    light, state = page.evaluate("[explorer.light(), explorer.state()]")
+    assert state["size"] == 1 and light["certified"] and light["limbs"] == 2
+    seen = kc.magnification(kc.Camera(0.5, 6.03), ExplorerState.of(state).star(), math.radians(1), max_index=1)
+    assert light["total"] == pytest.approx(seen.total, rel=1e-12)
+    assert "The star as a disc: magnification" in page.inner_text(".kc-said")
+    page.keyboard.press("ArrowRight")
+    page.get_by_label("Star radius (°)", exact=True).fill("-3")
+    settled(page)
+    assert page.evaluate("[explorer.state().size, explorer.light()]") == [0, None]
 
 
 @pytest.mark.slow

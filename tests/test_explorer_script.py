@@ -1,5 +1,6 @@
 """The logic of the explorer's page, without a page."""
 
+import json
 from urllib.parse import parse_qsl
 
 import numpy as np
@@ -31,6 +32,25 @@ def test_messages_are_read_as_they_are_written():
     record, sky = evaluated(f"const view = {view}; return [view.state, curvesOf(view)[1].sky];")
     assert record == message.record["state"]
     assert sky == message.arrays["critical2"].astype(np.float32).astype(float).tolist()
+
+
+def test_limbs_are_cut_where_the_index_changes():
+    points = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1], [0, 1, 1, 1]]
+    array = {"data": [x for point in points for x in point], "shape": [4, 4]}
+    # Arrays of messages are typed.
+    limb = evaluated(
+        f"const a = {json.dumps(array)}; a.data = Float32Array.from(a.data);"
+        "return shapesOf({ arrays: { limb0: a } }).limbs[0];"
+    )
+    assert [arc["index"] for arc in limb["arcs"]] == [0, 1]
+    assert limb["arcs"][1]["sky"] == [[0, 0, 1], [0, 1, 1], [1, 0, 0]] and len(limb["sky"]) == 4
+
+
+def test_small_circles_have_their_radius():
+    circle = np.array(evaluated("return smallCircle(place(50, 200), 7);"))
+    (centre,) = np.array(evaluated("return [place(50, 200)];"))
+    assert np.allclose(np.degrees(np.arccos(circle @ centre)), 7, atol=1e-10, rtol=0)
+    assert np.allclose(circle[0], circle[-1], atol=1e-12, rtol=0)
 
 
 @pytest.mark.parametrize(("low", "high"), [(0, 360), (-720.5, 1000), (83.123, 83.1231), (89.9999999, 90.0000001)])

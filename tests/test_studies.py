@@ -51,6 +51,7 @@ SETTINGS = {
         "finest": (16, 64),
         "rounds": 1,
     },
+    "extended_sources": {"count": 2},
     "far_camera": {
         "spins": (0.1, 0.2, 0.3, 0.4),
         "radii": Range(20.0, 200.0, 6, "log"),
@@ -116,6 +117,14 @@ def check_disk_checks(entry):
     assert all(one["error"] < 0.05 for one in entry["work"] if one["method"] == "beams at nodes")
 
 
+def check_extended_sources(entry):
+    assert len(entry["discs"]) == 6 and "wrong" not in entry["verdicts"]
+    told = [disc for disc in entry["discs"] if disc["certified"] and disc["twin_error"] is not None]
+    assert len(told) >= 3
+    for disc in told:
+        assert abs(disc["total"] - disc["twin"]) <= disc["error"] + 4 * disc["twin_error"] + 5e-4 * disc["twin"]
+
+
 def check_fit(entry):
     # Of 60 draws of two parameters: a mean of 2, known to 0.26.
     assert abs(entry["mean_square"] - 2) < 1
@@ -151,6 +160,7 @@ CHECKS = {
     "adversary": check_adversary,
     "astroids": check_astroids,
     "disk_checks": check_disk_checks,
+    "extended_sources": check_extended_sources,
     "fit": check_fit,
     "near_sources": check_near_sources,
     "orders": check_orders,
@@ -265,8 +275,8 @@ def test_command_runs_a_study_and_names_its_files(tmp_path, capsys, monkeypatch)
 
 def test_unknown_study_is_one_line_and_status_2(assert_refused):
     names = (
-        "accuracy, adversary, astroids, cost, disk_checks, far_camera, fit, inclination, near_sources, "
-        "open_questions, orders, spin_radius, stability"
+        "accuracy, adversary, astroids, cost, disk_checks, extended_sources, far_camera, fit, inclination, "
+        "near_sources, open_questions, orders, spin_radius, stability"
     )
     assert_refused(["study", "alchemy"], f"must be one of {names}, but is alchemy")
 

@@ -38,8 +38,8 @@ def study(name: str, /, *, output: FileName | None = None, common: CommonOptions
     Parameters
     ----------
     name
-        Name of the study: accuracy, adversary, astroids, cost, disk_checks, far_camera, fit, inclination, near_sources,
-        open_questions, orders, spin_radius or stability.
+        Name of the study: accuracy, adversary, astroids, cost, disk_checks, extended_sources, far_camera, fit,
+        inclination, near_sources, open_questions, orders, spin_radius or stability.
     output
         Folder for the files, by default study-NAME; it is made when missing.
     """

@@ -1,6 +1,7 @@
 """Questions of the page and answers to them, for the server and for notebooks.
 
-Answers are views, which `page_data` makes, an orbit of the camera for the page to play, and pictures of `backdrops`.
+Answers are views, which `page_data` makes, an orbit of the camera for the page to play, the images of a star of finite
+size, and pictures of `backdrops`.
 """
 
 import json
@@ -15,6 +16,7 @@ from kerrcaustics.explorer.lessons import lessons
 from kerrcaustics.explorer.limits import allowed, nearest
 from kerrcaustics.explorer.page_data import QUALITIES, Message, finite, view_of
 from kerrcaustics.explorer.state import PRESETS, ExplorerState
+from kerrcaustics.extended_sources.magnification import magnification
 from kerrcaustics.images.images import StarImages
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.results.stages import stage
@@ -26,11 +28,11 @@ Array = np.ndarray
 LONGEST_QUESTION = 4096
 """Bytes of a question at most."""
 
-WANTS = (*QUALITIES, "orbit", "backdrop")
+WANTS = (*QUALITIES, "orbit", "shapes", "backdrop")
 
 MOMENTS = 360
 """Moments of an orbit."""
-# Most points of a track that the page is given.
+# Most points of a track or a limb that the page is given.
 _MOST_POINTS = 1500
 
 
@@ -87,7 +89,7 @@ def question(text: str) -> Question:
 
 def answer(number: int, want: str, state: ExplorerState, window: Window | None = None) -> Message:
     """The answer to a question, or the reason why there is none."""
-    makers = {"orbit": orbit_of, "backdrop": lambda state: backdrop_of(state, window)}
+    makers = {"orbit": orbit_of, "shapes": shapes_of, "backdrop": lambda state: backdrop_of(state, window)}
     try:
         message = makers[want](state) if want in makers else view_of(state, want)
     except ValueError as error:
@@ -156,6 +158,32 @@ def _curve(i: int, track: Track, angular_velocity: float, period: float) -> dict
     # At an event the images are as bright as one likes: the strip ends there.
     bright = np.where(np.isfinite(track.magnification), track.magnification, 0.0)[::step]
     return {f"track{i}": track.sky[::step], f"light{i}": np.stack([moment, bright, track.index[::step]], axis=-1)}
+
+
+@usual_warnings
+def shapes_of(state: ExplorerState) -> Message:
+    """The images of the limb of the state's star, which has a size, and its magnification."""
+    began = time.perf_counter()
+    state.check()
+    if state.size == 0:
+        raise ValueError("Argument `size` must be the radius of a star, but is 0.")
+    with stage("images_of_the_limb"):
+        seen = magnification(state.camera(), state.star(), math.radians(state.size), max_index=state.max_index)
+    arrays = {}
+    for i, image in enumerate(seen.images):
+        step = -(-len(image.sky) // _MOST_POINTS)
+        arrays[f"limb{i}"] = np.concatenate([image.sky, image.index[:, None]], axis=1)[::step]
+    record = {
+        "kind": "shapes",
+        "state": state.record(),
+        "total": seen.total,
+        "error": seen.error,
+        "per_index": list(seen.per_index.values()),
+        "certified": seen.certified,
+        "remarks": list(seen.remarks),
+        "seconds": time.perf_counter() - began,
+    }
+    return Message(record, arrays)
 
 
 def _event(event: PairEvent, period: float) -> dict[str, object]:

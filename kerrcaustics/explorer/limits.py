@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 from typing import Any
 
-from kerrcaustics.explorer.state import LEAST_RADIUS, MOST_ORDERS, MOST_RADIUS, MOST_SPIN, ExplorerState
+from kerrcaustics.explorer.state import LEAST_RADIUS, MOST_ORDERS, MOST_RADIUS, MOST_SIZE, MOST_SPIN, ExplorerState
 from kerrcaustics.spacetime.camera import VELOCITY_NAMES
 from kerrcaustics.spacetime.kerr import horizon
 
@@ -22,6 +22,7 @@ def allowed(state: ExplorerState) -> dict[str, Any]:
         "inclination": [0.0, 180.0],
         "theta": [0.0, 180.0],
         "phi": [0.0, 360.0],
+        "size": [0.0, MOST_SIZE],
         "orders": [1, MOST_ORDERS],
         "velocity": {name: _obstacle(state, name) for name in VELOCITY_NAMES},
     }

@@ -5,8 +5,9 @@ import json
 from kerrcaustics.draw.palettes import THEMES
 from kerrcaustics.explorer.state import PAGE
 
-LOGIC = ("numbers", "state", "style", "answers", "questions", "freshness", "quiz_stars", "gif")
-"""Files of `page/parts` that need no page: numbers, the state, answers, questions, what is old, lessons, GIF files."""
+LOGIC = ("numbers", "state", "style", "answers", "questions", "freshness", "shapes", "quiz_stars", "gif")
+"""Files of `page/parts` that need no page: numbers, the state, answers, questions, what is old, shapes,
+lessons, GIF files."""
 
 PARTS = (
     *LOGIC,

@@ -16,6 +16,9 @@ MOST_SPIN, MOST_RADIUS, MOST_ORDERS = 0.9999, 1000.0, 4
 LEAST_RADIUS = 1.0
 """Of the horizon, for any spin."""
 
+LEAST_SIZE, MOST_SIZE = 1e-6, 20.0
+"""Radii of stars that are not points, degrees."""
+
 PAGE = Path(__file__).parent / "page"
 """The files of the page."""
 
@@ -30,8 +33,8 @@ class ExplorerState:
     """A camera, a star, the number of orders, and the look of the page.
 
     spin; radius in units of the mass; inclination, theta, phi: degrees, of the camera and of the star on the celestial
-    sphere; velocity: the name of one; orders: of critical curves, 1 to 4, and images of index 0 to orders - 1;
-    backdrop: the sky behind the curves; chart: of the celestial sphere.
+    sphere; size: radius of the star, degrees, 0 for a point; velocity: the name of one; orders: of critical curves, 1
+    to 4, and images of index 0 to orders - 1; backdrop: the sky behind the curves; chart: of the celestial sphere.
     """
 
     spin: float = 0.999
@@ -41,6 +44,7 @@ class ExplorerState:
     orders: int = 3
     theta: float = 84.0
     phi: float = 60.0
+    size: float = 0.0
     backdrop: str = "none"
     chart: str = "map"
 
@@ -67,6 +71,8 @@ class ExplorerState:
         _within("inclination", self.inclination, 0, 180)
         _within("theta", self.theta, 0, 180)
         _within("phi", self.phi, -36000, 36000)
+        if self.size != 0:
+            _within("size", self.size, LEAST_SIZE, MOST_SIZE)
         self.camera()
 
     def camera(self) -> Camera:
@@ -101,18 +107,22 @@ class ExplorerState:
             f"kerrcaustics caustics {camera} --orders {self.orders}",
             f"kerrcaustics images {camera} {star} --max-index {self.max_index}",
         ]
-        return lines + [f"kerrcaustics tracks {camera} {tracks} --max-index {self.max_index}"] * self.has_orbit
+        lines += [f"kerrcaustics tracks {camera} {tracks} --max-index {self.max_index}"] * self.has_orbit
+        size = f"--size {self.size:.12g} --max-index {self.max_index}"
+        return lines + [f"kerrcaustics magnification {camera} {star} {size}"] * (self.size > 0)
 
     def python(self) -> str:
         """Python code that returns these numbers; of deep images with more digits."""
         inclination = "math.pi / 2" if self.inclination == 90 else f"math.radians({self.inclination:.12g})"
         star = f"(math.radians({self.theta:.12g}), math.radians({self.phi:.12g}))"
-        return (
+        size = f"size=math.radians({self.size:.12g}), max_index={self.max_index}"
+        lines = (
             "import math\nimport kerrcaustics as kc\n\n"
             f"camera = kc.Camera({self.spin:.12g}, {self.radius:.12g}, {inclination}, {self.velocity!r})\n"
             f"caustics = kc.caustics(camera, orders={self.orders})\n"
             f"images = kc.star_images(camera, {star}, max_index={self.max_index})\n"
         )
+        return lines + f"seen = kc.magnification(camera, {star}, {size})\n" * (self.size > 0)
 
     @property
     def has_orbit(self) -> bool:

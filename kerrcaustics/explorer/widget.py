@@ -22,6 +22,7 @@ def explore(
     velocity: str | None = None,
     *,
     star: tuple[float, float] = (math.radians(84), math.radians(60)),
+    size: float = 0.0,
     orders: int = 3,
 ) -> "AnyWidget":
     """The explorer, as a widget in a notebook: drag the star, and see how pairs of images appear.
@@ -32,6 +33,8 @@ def explore(
         The camera to begin with; as for `Camera`, but for velocities that are vectors. Spins to 0.9999, radii to 1000.
     star : (theta', phi')
         Radians.
+    size : float
+        Radius of the star, radians; 0 for a point.
     orders : int
         Critical curves, 1 to 4; images have Morse index 0 to orders - 1.
 
@@ -65,7 +68,7 @@ def explore(
         raise ValueError(f"Argument `velocity` must be {names}, but is {velocity!r}.")
     theta, phi = (math.degrees(angle) for angle in star)
     values = {"spin": camera.spin, "radius": camera.radius, "velocity": camera.velocity, "orders": orders}
-    degrees = {"inclination": math.degrees(camera.inclination), "theta": theta, "phi": phi}
+    degrees = {"inclination": math.degrees(camera.inclination), "theta": theta, "phi": phi, "size": math.degrees(size)}
     return _widget_class()(ExplorerState.of({**values, **degrees}))
 
 

@@ -59,6 +59,17 @@ def with_ends(
     return np.concatenate([start[:, None], points, stop[:, None]], axis=1)
 
 
+def at_nodes(
+    left: Int[Array, " arcs"], right: Int[Array, " arcs"], ends: Float[Array, "both 3"]
+) -> Float[Array, "both 3"]:
+    """Places of starts and then stops of arcs, the same for all arcs that meet at a node.
+
+    left, right: numbers of the nodes; ends: what each arc takes for their places.
+    """
+    _, first, node = np.unique(np.concatenate([left, right]), return_index=True, return_inverse=True)
+    return ends[first][node]
+
+
 _HIGHEST = len(NODES) - 1
 DERIVATIVE = legendre.legval(NODES, legendre.legder(np.linalg.inv(legendre.legvander(NODES, _HIGHEST)))).T
 """From values at `NODES` to derivatives there."""

@@ -17,7 +17,16 @@ import scipy
 from jaxtyping import Complex, Float, Int
 from numpy.polynomial import legendre
 
-from kerrcaustics.extended_sources.arcs import AT_ENDS, DERIVATIVE, NODES, WEIGHTS, BoundaryArcs, unit, with_ends
+from kerrcaustics.extended_sources.arcs import (
+    AT_ENDS,
+    DERIVATIVE,
+    NODES,
+    WEIGHTS,
+    BoundaryArcs,
+    at_nodes,
+    unit,
+    with_ends,
+)
 from kerrcaustics.lens_map.search_sky import SearchSky
 from kerrcaustics.spacetime.sphere import from_angles, lengths, tangent_basis
 
@@ -32,6 +41,8 @@ _ENDED = np.concatenate([[-1.0], NODES, [1.0]])
 _GAUSS, _GAUSS_WEIGHTS = legendre.leggauss(8)
 _PARTS, _SHARES = (1 + _GAUSS) / 2, _GAUSS_WEIGHTS * (1 + _GAUSS) / 2
 _SKY_NODES = 48
+# Widest gap between arcs that meet, in lengths of either.
+_WIDEST_GAP = 0.1
 _VALUES = legendre.legvander(_ENDED, len(NODES) + 1)
 
 
@@ -111,14 +122,21 @@ def total(found: Sequence[Boundary], axes: int, weight: Weight | None = None) ->
     return light, sum(one.error for one in found)
 
 
-def closed(arcs: BoundaryArcs) -> bool:
-    """True where an even number of arcs meets at every node."""
-    return bool((np.bincount(np.concatenate([arcs.left, arcs.right])) % 2 == 0).all())
+def closed(arcs: BoundaryArcs, sign: Float[Array, " arcs"]) -> bool:
+    """True where as many arcs come to every node as leave it, with the image to the left, and all at one place."""
+    most = 1 + max(arcs.left.max(), arcs.right.max())
+    even = (np.bincount(arcs.left, sign, most) == np.bincount(arcs.right, sign, most)).all()
+    ends = np.concatenate([arcs.start, arcs.stop])
+    size = lengths(np.diff(with_ends(arcs.start, arcs.points, arcs.stop), axis=1)).sum(axis=1)
+    gap = lengths(at_nodes(arcs.left, arcs.right, ends) - ends)
+    return bool(even and (gap <= _WIDEST_GAP * np.tile(size, 2)).all())
 
 
 def seen_points(sky: SearchSky, arcs: BoundaryArcs) -> tuple[Float[Array, "arcs nodes axes"], Float[Array, " arcs"]]:
     """Nodes of arcs between both ends, and the error of the area beside each, on the viewer's sky."""
-    whole = with_ends(arcs.start, arcs.points, arcs.stop)
+    # Without gaps between arcs, which stand for areas as long as the boundary.
+    start, stop = np.split(at_nodes(arcs.left, arcs.right, np.concatenate([arcs.start, arcs.stop])), 2)
+    whole = with_ends(start, arcs.points, stop)
     flat = whole.reshape(-1, 3)
     places = sky.shown(flat)
     scale = sky.lengths(flat).reshape(whole.shape[:2])

@@ -7,7 +7,16 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.polynomial import chebyshev
 
-from kerrcaustics.extended_sources.arcs import DERIVATIVE, GUESSED, NODES, WEIGHTS, BoundaryArcs, along, values_at
+from kerrcaustics.extended_sources.arcs import (
+    AT_ENDS,
+    DERIVATIVE,
+    GUESSED,
+    NODES,
+    WEIGHTS,
+    BoundaryArcs,
+    along,
+    values_at,
+)
 from kerrcaustics.extended_sources.chart_curves import on_curves
 from kerrcaustics.extended_sources.contours import Contours, Steps
 from kerrcaustics.extended_sources.patches import FROM_RIM, Patch
@@ -78,10 +87,13 @@ def _polynomials(
     sky = curve.seen.sky.reshape(*places.shape, 3)
     points, check = sky[:, : len(NODES)], sky[:, len(NODES) : -1]
     size = lengths(along(DERIVATIVE, points)) @ WEIGHTS
-    off = lengths(along(_TO_CHECK, points) - check).max(axis=1) * size
+    start, stop = (patch.seen(*ends.T).sky for ends in (steps.start, steps.stop))
+    beside = lengths(along(_TO_CHECK, points) - check).max(axis=1)
+    # Arcs that meet must come to the node.
+    apart = lengths(along(AT_ENDS, points) - np.stack([start, stop], axis=1)).max(axis=1)
+    off = np.maximum(beside, apart) * size
     noise = curve.error.max(axis=1) * size
     error = np.where(np.isfinite(off + noise), off + noise, np.inf)
-    start, stop = (patch.seen(*ends.T).sky for ends in (steps.start, steps.stop))
     arcs = BoundaryArcs(steps.index, steps.left, steps.right, start, stop, points, error)
     sign = patch.sense * _side(patch, steps, curve.slope)
     return ChartArcs(arcs, steps.order, sign, np.zeros(len(steps), int)), off, noise, curve.place[:, -1]
@@ -105,6 +117,16 @@ def _none() -> ChartArcs:
     number, place, real = np.empty(0, int), np.empty((0, 3)), np.empty(0)
     points = np.empty((0, len(NODES), 3))
     return ChartArcs(BoundaryArcs(number, number, number, place, place, points, real), number, real, number)
+
+
+def one_way(arcs: ChartArcs) -> ChartArcs:
+    """The same with the disc on one side of the limb: short arcs at the tips of images may have been turned round."""
+    limb = np.where(arcs.order == LIMB, arcs.sign, 0.0)
+    left, right = arcs.arcs.left, arcs.arcs.right
+    most = arcs.last_node + 1
+    leaving = np.bincount(left, limb, most) - np.bincount(right, limb, most)
+    wrong = (limb != 0) & (leaving[left] == 2 * limb) & (leaving[right] == -2 * limb)
+    return replace(arcs, sign=np.where(wrong, -arcs.sign, arcs.sign))
 
 
 def extremes(patch: Patch, found: Contours) -> Float[Array, " extremes"]:

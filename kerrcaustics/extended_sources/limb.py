@@ -22,6 +22,7 @@ from kerrcaustics.extended_sources.arcs import (
     WEIGHTS,
     BoundaryArcs,
     along,
+    at_nodes,
     unit,
     values_at,
     with_ends,
@@ -119,7 +120,9 @@ class Limb:
     def _arcs(self, guessed: GuessedArcs, first: int, wanted: float) -> tuple[BoundaryArcs, int]:
         size = _lengths_of(with_ends(guessed.start, guessed.guess, guessed.stop))
         both, part = np.concatenate([guessed.start, guessed.stop]), np.repeat([-1.0, 1.0], len(guessed))
-        start, stop = np.split(self._on_limb(both, guessed.joined(guessed), part, np.tile(size, 2)), 2)
+        ends = self._on_limb(both, guessed.joined(guessed), part, np.tile(size, 2))
+        # Each arc brings a node to a place of its own along the limb.
+        start, stop = np.split(at_nodes(guessed.links.left, guessed.links.right, ends), 2)
         guessed = replace(guessed, start=start, stop=stop)
         parts: list[BoundaryArcs] = []
         bad: list[int] = []

@@ -13,8 +13,9 @@ from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.sheets import sheets_of
 from kerrcaustics.spacetime.viewer import Viewer
 
-# Parts by which the radius of a disc is changed whose limb touches a caustic.
-_BESIDE = (1e-7, 1e-5, 1e-4, 1e-3)
+# Parts by which the radius of a disc is changed whose limb touches a caustic: the first to be tried, and others as long
+# as discs so much smaller and larger are certified.
+_NEAREST, _BESIDE = 1e-7, (1e-2, 1e-3, 1e-4, 1e-5)
 # Radii closer than this part of that of the disc are one.
 _APART = 0.01
 
@@ -52,13 +53,22 @@ def measured(
     here = _measured(viewer, surface, centre, angle, max_index, weight, nested)
     if here.certified:
         return here
+
+    def beside(part: float) -> MeasuredDisc | None:
+        low = _measured(viewer, surface, centre, angle * (1 - part), max_index, weight, nested)
+        if not low.certified:
+            return None
+        high = _measured(viewer, surface, centre, angle * (1 + part), max_index, weight, nested)
+        return here.between(low, high) if high.certified else None
+
+    if (seen := beside(_NEAREST)) is not None:
+        return seen
+    best = here
     for part in _BESIDE:
-        low, high = (
-            _measured(viewer, surface, centre, angle * (1 + s * part), max_index, weight, nested) for s in (-1, 1)
-        )
-        if low.certified and high.certified:
-            return here.between(low, high)
-    return here
+        if (seen := beside(part)) is None:
+            break
+        best = seen
+    return best
 
 
 def kinks(

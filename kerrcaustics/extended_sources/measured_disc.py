@@ -1,6 +1,7 @@
 """The images of a disc on a viewer's sky, as they are measured."""
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -41,6 +42,13 @@ class MeasuredDisc:
     def certified(self) -> bool:
         """True where nothing is in doubt."""
         return not self.remarks
+
+    def doubted(self, doubts: Sequence[str], faults: Sequence[str]) -> "MeasuredDisc":
+        """The same with doubts that its error covers, and with faults, after which nothing is known of the areas."""
+        found = replace(self, remarks=tuple(dict.fromkeys([*faults, *doubts, *self.remarks])))
+        if not (faults or self.remarks):
+            return found
+        return replace(found, error=math.inf, share_errors=np.full(len(self.shares), math.inf))
 
     def between(self, low: "MeasuredDisc", high: "MeasuredDisc") -> "MeasuredDisc":
         """The same disc, its images between those of a smaller disc and of a larger one."""

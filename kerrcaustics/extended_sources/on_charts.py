@@ -19,7 +19,7 @@ from kerrcaustics.extended_sources.area import (
     turns_about,
     winding,
 )
-from kerrcaustics.extended_sources.chart_arcs import LIMB, ChartArcs, arcs_along, extremes, rim_arcs
+from kerrcaustics.extended_sources.chart_arcs import LIMB, ChartArcs, arcs_along, extremes, one_way, rim_arcs
 from kerrcaustics.extended_sources.contours import contours
 from kerrcaustics.extended_sources.measured_disc import MeasuredDisc, summed
 from kerrcaustics.extended_sources.nearby_caustics import curves_near
@@ -60,20 +60,20 @@ def measured_on_charts(
     """The images of a disc; parameters as for `measured`."""
     disc = Disc(surface, centre, size)
     patches, curves = _patches(viewer, disc, max_index)
-    parts, remarks = [], []
+    parts, doubts, faults = [], [], []
     for patch in patches:
         found = contours(patch)
-        arcs = arcs_along(patch, found, _WANTED)
+        arcs = one_way(arcs_along(patch, found, _WANTED))
         first = 1 + max(arcs.last_node, found.last_node)
         parts.append(arcs.joined(rim_arcs(patch, found, first)))
-        remarks += found.remarks
+        faults += found.remarks
         if doubtful := int(arcs.doubtful.sum()):
-            remarks.append(f"{doubtful} arcs of the boundary are in doubt")
+            doubts.append(f"{doubtful} arcs of the boundary are in doubt")
     camera = search_camera(viewer)
-    witnesses, doubts = _witnesses(viewer, disc, max_index, curves, _CIRCLES[: 1 if nested else None])
-    remarks += [*doubts, *_checked(camera, patches, parts, max_index, witnesses)]
+    witnesses, unsure = _witnesses(viewer, disc, max_index, curves, _CIRCLES[: 1 if nested else None])
+    faults += [*unsure, *_checked(camera, patches, parts, max_index, witnesses)]
     whole = _summed(viewer, disc, max_index, parts)
-    return replace(whole, remarks=tuple(dict.fromkeys(remarks)) + whole.remarks)
+    return whole.doubted(doubts, faults)
 
 
 def _patches(viewer: Viewer, disc: Disc, max_index: int) -> tuple[list[Patch], CriticalCurves | None]:
@@ -220,7 +220,7 @@ def _checked(
         for k in (None, *range(max_index + 1)):
             sign = _signs(part, k, max_index)
             chosen = sign != 0
-            if chosen.any() and not closed(part.arcs[chosen]):
+            if chosen.any() and not closed(part.arcs[chosen], sign[chosen]):
                 return ["the boundary of the images is not closed"]
         sign = _signs(part, None, max_index)
         chosen = sign != 0

@@ -1,7 +1,6 @@
 """The images of a disc on a sphere that rays reach once: areas by Morse index, certified that none is missing."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -67,10 +66,8 @@ def measured_on_sheets(
     wanted = _WANTED * _about(guessed, sheets)
     first = _next_node(guessed.links.left, guessed.links.right)
     arcs, doubtful = Limb(sheets.camera, surface, rim).arcs(guessed, first, wanted)
-    if doubtful:
-        remarks += (f"{doubtful} arcs of the limb are in doubt",)
-    critical, doubts = _critical(sheets, rim, events, arcs, wanted)
-    remarks += doubts
+    doubts = (f"{doubtful} arcs of the limb are in doubt",) if doubtful else ()
+    critical, lost = _critical(sheets, rim, events, arcs, wanted)
     whole = arcs.joined(critical)
     hole = _searched_hole(sheets)
     is_limb = np.arange(len(whole)) < len(arcs)
@@ -87,7 +84,7 @@ def measured_on_sheets(
     area = 4 * math.pi * math.sin(angle / 2) ** 2
     disc = summed(sky, hole, (angle, area), whole, signs, max_index, weight)
     wrong = _checked(sheets, rim, disc.arcs, disc.sign, beside_caustics=events is not None)
-    return replace(disc, remarks=remarks + disc.remarks + wrong)
+    return disc.doubted(doubts, remarks + lost + wrong)
 
 
 def _guessed(sheets: Sheets, viewer: Viewer, rim: Circle) -> tuple[GuessedArcs, PathEvents | None, tuple[str, ...]]:
@@ -156,7 +153,7 @@ def _checked(
 
     Places within the disc must have all of their images within the boundary, others none.
     """
-    if not closed(arcs):
+    if not closed(arcs, sign):
         return ("the boundary of the images is not closed",)
     radius, place = _probes(sheets, rim, beside_caustics)
     found = search(sheets, place)

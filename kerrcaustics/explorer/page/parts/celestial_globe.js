@@ -45,6 +45,9 @@ class GlobeChart {
     this.view.lon -= dx / f.R / RAD;
     this.view.lat = clamp(this.view.lat + dy / f.R / RAD, -89, 89);
   }
+  outline(pen, points, f, style) {
+    this.line(pen, points, f, style);
+  }
   starSpots({ theta, phi }, f) {
     const [x, y, z] = this.spot([theta, phi], f);
     return [{ at: [x, y], back: z < 0 }];

@@ -75,6 +75,17 @@ class MapChart {
       turns.push(k * TURN);
     return turns;
   }
+  // Whole turns by which a thing at a longitude is shown.
+  shifts(phi) {
+    return this.turns(phi - 90, phi + 90, 12);
+  }
+  outline(pen, points, f, style) {
+    const wide = ([, a], [, b]) => Math.abs(a - b) > 180;
+    pen.line(
+      points.flatMap((point, i) => (i && wide(points[i - 1], point) ? [null] : []).concat([this.spot(point, f)])),
+      style,
+    );
+  }
   starSpots({ theta, phi }, f) {
     return this.turns(phi, phi, 12).map((turn) => ({ at: this.spot([theta, phi + turn], f) }));
   }

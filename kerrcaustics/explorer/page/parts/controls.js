@@ -5,9 +5,14 @@ const spinAt = (u) => (u >= SPIN_END ? 0.9999 : round(1 - 10 ** -u, 4));
 const spinPlace = (a) => -Math.log10(1 - a);
 const radiusAt = (u) => round(10 ** u, 5);
 const same = (x) => x;
+// A point at the left end.
+const SIZE_START = -3;
+const sizeAt = (u) => (u <= SIZE_START ? 0 : round(10 ** u, 3));
+const placeOfSize = (size) => (size > 0 ? Math.max(SIZE_START, Math.log10(size)) : SIZE_START);
 
 const SPIN = { label: "Spin a", low: 0, high: SPIN_END, step: 0.005, value: spinAt, place: spinPlace, unit: "" };
 const RADIUS = { label: "Radius r (M)", low: 0, high: 3, step: 0.002, value: radiusAt, place: Math.log10, unit: " M" };
+const SIZE = { low: SIZE_START, high: Math.log10(20), step: 0.01, value: sizeAt, place: placeOfSize, unit: "°" };
 const ANGLE = { low: 0, high: 180, step: 0.1, value: same, place: same, unit: "°" };
 const SLIDERS = {
   spin: SPIN,
@@ -15,6 +20,7 @@ const SLIDERS = {
   inclination: { ...ANGLE, label: "Inclination (°)", step: 0.5 },
   theta: { ...ANGLE, label: "Star θ′ (°)" },
   phi: { ...ANGLE, label: "Star φ′ (°)", high: 360, place: (phi) => mod(phi, TURN) },
+  size: { ...SIZE, label: "Star radius (°)" },
 };
 
 // The words of a label; the first of those that need it says what it means.

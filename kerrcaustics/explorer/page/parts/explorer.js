@@ -26,6 +26,7 @@ class Explorer {
     this.controls = new Controls((...change) => this.control(...change), this.channel.offered);
     this.tables = new Tables(() => this.screen.colours);
     this.playback = new Playback(this);
+    this.shapes = new Shapes(this);
     this.exports = new Exports(this);
     [this.tour, this.quiz, this.recording] = [new Tour(this), new Quiz(this), new Recording(this)];
     this.status = new Status(this);
@@ -62,6 +63,7 @@ class Explorer {
     const question = this.questions.answered(answer);
     const kind = kindOf(answer.want);
     if (answer.kind === "refusal") this.refuse(answer, kind, question);
+    else if (question && kind === "shapes") this.shapes.take(answer, question);
     else if (question) this[{ view: "takeView", orbit: "takeOrbit", backdrop: "takeBackdrop" }[kind]](answer, question);
     this.questions.next(kind);
     this.redraw(question);
@@ -85,7 +87,7 @@ class Explorer {
     this.status.complain(line);
     if (kind === "orbit") this.recording.stop();
     if (kind === "orbit") return this.playback.stop();
-    if (kind === "backdrop" || this.shown.view || this.onceRefused) return;
+    if (kind === "backdrop" || kind === "shapes" || this.shown.view || this.onceRefused) return;
     // What an address asks for may not exist; the usual state does.
     this.onceRefused = true;
     Object.assign(this.state, DEFAULTS);
@@ -100,12 +102,13 @@ class Explorer {
     if (isNew) this.controls.allow(answer.allowed);
     if (isNew && starKey(question.state) === starKey(this.state)) this.settle(answer.state, question.state);
     if (answer.quality === "full" && question.want !== "draft") this.askBackdrop();
+    this.shapes.ask();
     this.dropOldOrbit();
     this.playback.allow(answer.has_orbit);
     this.write();
   }
   // The state that the answer is for: cameras that cannot be are moved, and the page without a program has few.
-  settle({ chart: _, backdrop: __, ...settled }, asked) {
+  settle({ chart: _, backdrop: __, size: ___, ...settled }, asked) {
     Object.assign(this.state, settled);
     if (this.channel.offered) this.wantedVelocity = this.state.velocity;
     this.shown.settle(this.request());
@@ -138,11 +141,6 @@ class Explorer {
     const isOld = this.model.behind !== key;
     if (isOld || !covers(this.model.window, window)) this.ask("backdrop", undefined, { window });
   }
-  // The camera sky was zoomed or moved: its picture follows when it stands still.
-  zoomed() {
-    clearTimeout(this.zooming);
-    this.zooming = setTimeout(() => this.isWhole && this.askBackdrop(), 300);
-  }
   takeBackdrop(answer, question) {
     if (backdropKey(question.state) === backdropKey(this.request())) this.shown.showBackdrop(answer, question.state);
   }
@@ -157,6 +155,7 @@ class Explorer {
     this.controls.quiet();
     this.quiz.leaveTo();
     this.dropOldOrbit();
+    this.shapes.drop();
     if (this.model.behind && this.model.behind !== backdropKey(this.request())) this.shown.dropBackdrop();
     this.follow();
     if (want !== "draft") this.remember();
@@ -245,11 +244,12 @@ class Explorer {
   }
   words(withCertificate) {
     const sentence = this.news + sentenceOf(this.counts, withCertificate ? this.certified : null);
-    return withCertificate ? [sentence, ...(this.shown.images?.remarks ?? [])].join(" ") : sentence;
+    const more = [...(this.shown.images?.remarks ?? []), ...lightOf(this.model.shapes)];
+    return withCertificate ? [sentence, ...more].join(" ") : sentence;
   }
   write() {
     const { view, images } = this.shown;
-    if (!this.dragging && this.model.images.length) this.tables.writeImages(this.model.images);
+    if (!this.dragging && images) this.tables.writeImages(this.model.images);
     if (view?.answer.quality === "full" && this.writtenView !== view) {
       this.writtenView = view;
       this.tables.writeCaustics(this.model.curves, (curve) => this.zoomTo(curve));

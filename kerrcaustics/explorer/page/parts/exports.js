@@ -2,9 +2,10 @@
 
 const [EXPORT_WIDTH, EXPORT_HEIGHT] = [1240, 640];
 
-function captionOf({ spin, radius, inclination, velocity, theta, phi }) {
+function captionOf({ spin, radius, inclination, velocity, theta, phi, size }) {
   const camera = `a = ${spin}, r = ${radius} M, inclination ${inclination}°, ${velocity}`;
-  return `${camera}; star at θ′ = ${short(theta, 6)}°, φ′ = ${short(phi, 6)}°`;
+  const disc = size ? `, radius ${short(size)}°` : "";
+  return `${camera}; star at θ′ = ${short(theta, 6)}°, φ′ = ${short(phi, 6)}°${disc}`;
 }
 
 class Exports {
@@ -90,5 +91,7 @@ function recordOf({ shown, state, model }) {
   const { images, commands, python, address } = shown.images.answer ?? {};
   const star = { state: { ...state }, images: images ?? model.images, commands, python, address };
   const curves = model.curves.map(({ order, sky, celestial }) => ({ order, sky, celestial_deg: celestial }));
-  return { schema: "kerrcaustics/explorer/1", ...view, ...star, curves };
+  const { arrays: ____, limbs: _____, key: ______, ...seen } = model.shapes ?? {};
+  const light = model.shapes ? { magnification: seen } : {};
+  return { schema: "kerrcaustics/explorer/1", ...view, ...star, ...light, curves };
 }

@@ -20,6 +20,21 @@ function place(theta, phi) {
   return [across * Math.cos(phi * RAD), across * Math.sin(phi * RAD), Math.cos(theta * RAD)];
 }
 
+// Points of a small circle about a direction, degrees.
+function smallCircle(n, radius, count = 120) {
+  const across = Math.hypot(n[0], n[1]);
+  const [c, s] = across > 0 ? [n[0] / across, n[1] / across] : [1, 0];
+  const [south, east] = [
+    [n[2] * c, n[2] * s, -across],
+    [-s, c, 0],
+  ];
+  const [away, toward] = [Math.sin(radius * RAD), Math.cos(radius * RAD)];
+  return Array.from({ length: count + 1 }, (_, i) => {
+    const [a, b] = [Math.cos((2 * Math.PI * i) / count), Math.sin((2 * Math.PI * i) / count)];
+    return n.map((x, k) => toward * x + away * (a * south[k] + b * east[k]));
+  });
+}
+
 function turned({ lon, lat }) {
   return [Math.cos(lon * RAD), Math.sin(lon * RAD), Math.cos(lat * RAD), Math.sin(lat * RAD)];
 }

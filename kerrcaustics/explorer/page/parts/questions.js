@@ -1,11 +1,12 @@
 // Questions to the program: one of each kind is on its way, and the newest waits.
 
-const kindOf = (want) => (want === "orbit" || want === "backdrop" ? want : "view");
+const kindOf = (want) => (["orbit", "shapes", "backdrop"].includes(want) ? want : "view");
+const NONE = { view: null, orbit: null, shapes: null, backdrop: null };
 
 class Questions {
   constructor(send, now = () => performance.now()) {
     Object.assign(this, { send, now, number: 0, open: false, heard: 0, progress: {} });
-    this.waiting = { view: null, orbit: null, backdrop: null };
+    this.waiting = { ...NONE };
     this.forget();
   }
   // more: what a question has beside its state.
@@ -58,7 +59,7 @@ class Questions {
     this.forget();
   }
   forget() {
-    this.sent = { view: null, orbit: null, backdrop: null };
+    this.sent = { ...NONE };
     this.progress = {};
   }
   get busy() {

@@ -52,12 +52,17 @@ class Screen {
   paint() {
     const { page, sky, source, playback, model, shown } = this.explorer;
     const look = this.look();
-    if (this.skyKey !== sky.key()) this.explorer.zoomed();
+    if (this.skyKey !== sky.key()) this.zoomed();
     this.skyKey = sky.key();
     const paint = (canvas, panel) => this.canvases.paint(canvas, panel, model, look, shown.version);
     paint(page.left.canvas, sky);
     paint(page.right.canvas, source);
     if (!playback.stripBox.hidden) paint(playback.canvas, playback.strip);
+  }
+  // The camera sky was zoomed or moved: its picture follows when it stands still.
+  zoomed() {
+    clearTimeout(this.zooming);
+    this.zooming = setTimeout(() => this.explorer.isWhole && this.explorer.askBackdrop(), 300);
   }
   measure() {
     for (const { want, since } of this.questions) {

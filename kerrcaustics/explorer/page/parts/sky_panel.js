@@ -96,8 +96,9 @@ class SkyPanel {
       { axes } = model;
     if (!axes) return;
     pen.within(0, 0, w, height, () => {
+      if (model.shapes) this.shapes(pen, model.shapes, axes, f, look);
       for (const flash of look.flashes) this.flash(pen, flash, axes, f, look);
-      [...model.images].sort((a, b) => b.index - a.index).forEach((image) => this.image(pen, image, axes, f, look));
+      [...model.images].sort((a, b) => b.index - a.index).forEach((image) => this.image(pen, image, axes, f, { ...look, most: model.shapes ? 3.5 : Infinity }));
     });
   }
   legend(pen, model, height, colours, bright) {
@@ -151,6 +152,15 @@ class SkyPanel {
     pen.disk(x, y, 5 + 34 * part, { stroke: look.colours.star, width: 4 * (1 - part) + 0.5, alpha: 1 - part });
     pen.disk(x, y, 3 + 14 * part, { fill: look.colours.star, alpha: 0.6 * (1 - part) });
   }
+  // Images of a disc, with their holes: limbs run round these the other way.
+  shapes(pen, { limbs }, axes, f, look) {
+    const colours = look.backdrop && look.hasPicture ? COLOURS.dark : look.colours;
+    const areas = limbs.flatMap(({ sky }) => [...this.path(sky, axes, f, true), null]);
+    pen.line(areas, { fill: colours.star, alpha: 0.5 });
+    for (const { arcs } of limbs)
+      for (const { index, sky } of arcs)
+        pen.line(this.path(sky, axes, f, false), { stroke: indexColour(colours, index), width: 1.6 });
+  }
   image(pen, image, axes, f, look) {
     let [x, y] = this.spot(image.sky, axes, f);
     const colours = look.backdrop && look.hasPicture ? COLOURS.dark : look.colours,
@@ -160,7 +170,7 @@ class SkyPanel {
       this.away(pen, image, x, y, f, colours);
       return;
     }
-    const r = imageSize(image.magnification),
+    const r = Math.min(look.most, imageSize(image.magnification)),
       even = image.index % 2 === 0;
     pen.disk(x, y, r + 1.5, { fill: colours.halo });
     pen.disk(x, y, r, { fill: even ? colour : colours.halo, stroke: colour, width: 2 });

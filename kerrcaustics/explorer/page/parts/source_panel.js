@@ -59,8 +59,21 @@ class SourcePanel {
   }
   live(pen, w, height, model, look) {
     const f = this.frame(w, height);
-    const star = ({ at, back }) => drawStar(pen, at, { ...look, faint: back });
-    pen.within(...this.chart.clip(f), () => this.starSpots(model.state, f).forEach(star));
+    const star = ({ at, back }) => drawStar(pen, at, { ...look, faint: back, small: model.state.size > 0 });
+    pen.within(...this.chart.clip(f), () => {
+      if (model.state.size) this.disc(pen, model.state, f, look);
+      this.starSpots(model.state, f).forEach(star);
+    });
+  }
+  // The limb of a star of finite size.
+  disc(pen, { theta, phi, size }, f, { colours }) {
+    const points = smallCircle(place(theta, phi), size).map(([x, y, z]) => {
+      // Longitudes next to that of the star.
+      const turn = Math.atan2(y, x) / RAD;
+      return [Math.acos(clamp(z, -1, 1)) / RAD, phi + mod(turn - phi + 180, TURN) - 180];
+    });
+    for (const shift of this.chart.shifts?.(phi) ?? [0])
+      this.chart.outline(pen, points.map(([t, p]) => [t, p + shift]), f, { stroke: colours.star, width: 1.6 });
   }
   things(model, w, height) {
     const f = this.frame(w, height);

@@ -19,6 +19,10 @@ function mount(element, channel, options) {
     quality: () => explorer.shown.view?.answer.quality ?? null,
     busy: () => !!explorer.remembering || explorer.questions.busy,
     playing: () => !!explorer.playback.running,
+    light: () => {
+      const { shapes } = explorer.model;
+      return shapes && { total: shapes.total, certified: shapes.certified, limbs: shapes.limbs.length };
+    },
     orbit: () => {
       const { orbit } = explorer.model;
       return orbit && { events: orbit.events, frames: orbit.frames.length };

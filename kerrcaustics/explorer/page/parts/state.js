@@ -8,6 +8,7 @@ const DEFAULTS = {
   orders: 3,
   theta: 84,
   phi: 60,
+  size: 0,
   backdrop: "none",
   chart: "map",
 };
@@ -30,9 +31,10 @@ function fragmentOf(state) {
     .join("&");
 }
 
-// What belongs to a camera, to a star, to an orbit, to a picture behind the curves.
+// What belongs to a camera, to a star, to its shapes, to an orbit, to a picture behind the curves.
 const cameraOf = (s) => [s.spin, s.radius, s.inclination, s.velocity, s.orders].join();
 const starKey = (s) => [s.theta, s.phi].join();
+const shapesKey = (s) => [cameraOf(s), starKey(s), s.size].join();
 const orbitKey = (s) => [cameraOf(s), s.theta].join();
 const backdropKey = (s) => [cameraOf(s), s.backdrop].join();
 

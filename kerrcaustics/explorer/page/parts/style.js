@@ -46,7 +46,7 @@ const cross = ([x, y]) => [[x - 4, y - 4], [x + 4, y + 4], null, [x - 4, y + 4],
 
 function drawStar(pen, [x, y], look) {
   const corners = [];
-  const r = look.dragging ? 13 : 10;
+  const r = look.dragging ? 13 : look.small ? 5 : 10;
   for (let i = 0; i < 10; i++) {
     const angle = (i * Math.PI) / 5 - Math.PI / 2;
     const far = i % 2 ? 0.44 * r : r;
@@ -55,5 +55,5 @@ function drawStar(pen, [x, y], look) {
   const { star, ink } = look.colours;
   if (look.dragging) pen.disk(x, y, 22, { fill: star, alpha: 0.2 });
   for (const { part } of look.flashes) pen.disk(x, y, 10 + 26 * part, { stroke: star, width: 2, alpha: 1 - part });
-  pen.line(corners, { fill: star, stroke: ink, width: 1.4, closed: true, alpha: look.faint ? 0.35 : 1 });
+  pen.line(corners, { fill: star, stroke: ink, width: look.small ? 0.7 : 1.4, closed: true, alpha: look.faint ? 0.35 : 1 });
 }
