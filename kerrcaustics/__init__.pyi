@@ -39,5 +39,6 @@ from .tracks.following import follow_star as follow_star
 from .tracks.isoradials import isoradials as isoradials
 from .tracks.lines import crossings_of_line as crossings_of_line
 from .tracks.tracks import star_tracks as star_tracks
+from .waves.amplification import amplification as amplification
 
 __version__: str

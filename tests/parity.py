@@ -110,6 +110,10 @@ def magnification(cell: Cell) -> Any:
     return kc.magnification(viewer, place_on(cell.surface), size, max_index=1, **where(cell))
 
 
+def amplification(cell: Cell) -> Any:
+    return kc.amplification(viewer_named(cell.viewer), place_on(cell.surface), [5.0], max_index=1, **where(cell))
+
+
 def follow_star(cell: Cell) -> Any:
     cameras = [viewer_named(cell.viewer, INCLINATION + step) for step in (0.0, 0.01)]
     return kc.follow_star(cameras, place_on(cell.surface), 1, **where(cell))
@@ -149,6 +153,7 @@ CALLS: dict[str, Callable[[Cell], Any]] = {
     "star_tracks": lambda c: kc.star_tracks(viewer_named(c.viewer), level_on(c.surface, c.viewer), 1, **where(c)),
     "circle_images": lambda c: circle_images(c.surface, c.viewer),
     "magnification": magnification,
+    "amplification": amplification,
     "crossings_of_line": lambda c: kc.crossings_of_line(circle_images(c.surface, c.viewer), 0.5),
     "follow_star": follow_star,
     "image_derivatives": lambda c: kc.image_derivatives(viewer_named(c.viewer), star_images(c.surface, c.viewer)),
@@ -254,7 +259,8 @@ REFUSED = (
         ("render_volume",), ("plane",), ALL, None, "a plane has no depth along a ray: matter in it is a disk, of render"
     ),
 )
-GAPS: tuple[Gap, ...] = ()
+# Of a source at a finite radius the area of the beam there is not known yet.
+GAPS: tuple[Gap, ...] = (Gap(("amplification",), FINITE, ALL, "refuses `end`"),)
 
 
 def cells() -> list[Cell]:

@@ -18,6 +18,7 @@ from kerrcaustics.tracks.isoradials import IsoradialSet
 from kerrcaustics.tracks.light_curves import LightCurve
 from kerrcaustics.tracks.lines import LineCrossings
 from kerrcaustics.tracks.tracks import StarTracks
+from kerrcaustics.waves.amplification import Amplification
 
 CLAIMS = {
     kc.StarImages: "all images of a source up to an index",
@@ -32,6 +33,7 @@ CLAIMS = {
     FollowedStar: "all images of a source, for each viewer",
     SourceLightCurve: "all images of a source on an orbit",
     Magnification: "all images of a source of finite size",
+    Amplification: "the waves of all images of a source",
     Caustic: "a whole curve with its cusps",
     CausticSet: "the curves of all orders that exist",
 }

@@ -30,6 +30,7 @@ STAGES = [
     "tracks",
     "extended_sources",
     "moving_sources",
+    "waves",
     "scenes",
     "draw",
     "sweeps",

@@ -43,6 +43,7 @@ CALLS = [
     (kc.count_map, {**IN_PLANE, "radii": [6.0]}),
     (kc.circle_images, {**SEES, "normal": (0.3, 0.1), "max_index": 1}),
     (kc.magnification, {"viewer": CAMERA, "source": STAR, "size": 0.01, "max_index": 1, "power": 1.0}),
+    (kc.amplification, {"viewer": CAMERA, "source": STAR, "frequencies": [1.0], "max_index": 1}),
     (kc.follow_star, {"cameras": [CAMERA], "star": STAR, "max_index": 1}),
     (kc.isoradials, {**SEES, "radii": [6.0], "crossings": 1, "points": 16}),
     (kc.light_curve, {**SEES, "orbit": 8.0, "times": 10, "size": 0.1, "crossings": 1, "power": 4.0, "points": 90}),

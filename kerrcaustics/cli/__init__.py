@@ -1,6 +1,7 @@
 """The command line. Degrees in and out; heavy modules are imported inside the commands."""
 
 from kerrcaustics.cli import (
+    amplification as amplification,
     caustics as caustics,
     counts as counts,
     doctor as doctor,

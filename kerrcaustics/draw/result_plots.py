@@ -30,6 +30,7 @@ from kerrcaustics.draw.sky_axes import REACH, from_above, from_the_side, is_sphe
 from kerrcaustics.draw.solids import CAPTURED_COLOUR, DISK_COLOUR, DISK_RIM_COLOUR
 from kerrcaustics.draw.source_light import show_flux as show_source_flux
 from kerrcaustics.draw.titles import viewer_in_words
+from kerrcaustics.draw.waves import amplification_curve
 from kerrcaustics.images.derivatives import ImageDerivatives
 from kerrcaustics.moving_sources.light_curve import SourceLightCurve
 from kerrcaustics.results.declared import Items
@@ -208,6 +209,7 @@ def _marks(ax: Axes, names: tuple[str, ...], rows: Float[Array, "row name"], err
 
 
 _PLOTS: dict[str, Callable[..., Axes]] = {
+    "Amplification": amplification_curve,
     "Beams": sky_results.ray_ends,
     "Camera": sky_results.shadow,
     "Caustic": sky_results.one_caustic,

@@ -45,6 +45,7 @@ HOMES = {
     "tracks.circles": "CircleCurve CircleImages",
     "extended_sources.magnification": "LimbImage Magnification",
     "tracks.lines": "LineCrossings",
+    "waves.amplification": "Amplification",
     "moving_sources.light_curve": "SourceEvent SourceLightCurve",
     "scenes.view": "View",
     "scenes.screen": "Screen",

@@ -44,6 +44,7 @@ COMMANDS = {
     "counts.plane": "counts --stars sources.csv --plane 1 --max-index 1",
     "counts.map": "counts --map --rows 12",
     "magnification": "magnification --star 77 141 --size 1 --points",
+    "amplification": "amplification --star 77 141 --frequency 0.5:20:4",
     "counts.circle": "counts --circle 20 30 --line 40 --points --max-index 1",
     "light-curve": "light-curve --orbit 7 --times 20 --crossings 2 --points",
 }
@@ -151,6 +152,10 @@ def magnification(viewer: Any) -> Any:
     return kc.magnification(viewer, (1.4, 2.9), 0.01, max_index=1)
 
 
+def amplification(viewer: Any) -> Any:
+    return kc.amplification(viewer, (1.4, 2.9), [0.5, 5.0], max_index=1)
+
+
 def circle_images(viewer: Any) -> Any:
     return kc.circle_images(viewer, (0.4, 0.5), 1)
 
@@ -253,6 +258,7 @@ GRID = (
 ALONE = (
     (circle_images, ("moving", "infinity")),
     (magnification, ("moving", "infinity")),
+    (amplification, ("moving", "observer", "infinity")),
     (crossings_of_line, ("near", "orbiting")),
     (follow_star, ("near", "moving")),
     (image_derivatives, ("moving", "orbiting", "observer")),

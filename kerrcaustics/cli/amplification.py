@@ -1,0 +1,110 @@
+"""The command `amplification`: the waves of one star, finite at caustics."""
+
+import cmath
+import math
+import time
+from typing import TYPE_CHECKING, Literal
+
+from rich.console import Console
+
+from kerrcaustics.cli.app import BadInput, app, stop, with_examples
+from kerrcaustics.cli.options import COMMON, Angles, CameraOptions, CommonOptions, FileName, MaxIndex
+from kerrcaustics.cli.outputs import check_ending, write_figure
+from kerrcaustics.cli.tables import PlainTable
+from kerrcaustics.cli.terminal import place_in_words, place_of, plain_errors, progress, say, say_all, verdict
+
+if TYPE_CHECKING:
+    from kerrcaustics.waves.amplification import Amplification
+
+# Frequencies of a range, and those that are printed.
+_COUNT, _MOST_COUNT, _SHOWN = 200, 100_000, 12
+
+
+@app.command(
+    **with_examples(
+        "amplification --spin 0.9 --radius 10 --star 80 166 --frequency 1:100 --figure waves.png",
+        "amplification --spin 0 --radius 10 --star 90 180 --frequency 2",
+    )
+)
+def amplification(
+    *,
+    camera: CameraOptions,
+    star: Angles,
+    frequency: str,
+    max_index: MaxIndex = 2,
+    method: Literal["auto", "images", "fold", "ring", "line"] = "auto",
+    figure: FileName | None = None,
+    save: FileName | None = None,
+    common: CommonOptions = COMMON,
+) -> None:
+    """Find the amplification of a star's waves: all images with their phases, finite on caustics.
+
+    Parameters
+    ----------
+    star
+        Its place: theta' from the spin axis and phi', degrees.
+    frequency
+        Angular frequency times the mass, or a range LOW:HIGH or LOW:HIGH:COUNT with steps in proportion.
+    method
+        auto, images, fold, ring or line.
+    figure
+        Draw the modulus of the field against frequency into this file: .png, .pdf or .svg.
+    save
+        Save everything into this file, to be loaded with kerrcaustics.load.
+    """
+    common.check({"--figure": figure, "--save": save})
+    check_ending(figure)
+    omega = _frequencies(frequency)
+    seen_from = camera.viewer()
+    began = time.perf_counter()
+    with plain_errors({"source": "star", "frequencies": "frequency"}), progress() as report:
+        from kerrcaustics.results import storage
+        from kerrcaustics.results.records import record
+        from kerrcaustics.waves import amplification as waves
+
+        place = math.radians(star[0]), math.radians(star[1])
+        seen = waves.amplification(seen_from, place, omega, max_index=max_index, method=method, progress=report)
+        seconds = time.perf_counter() - began
+        if save is not None:
+            storage.save(save, seen)
+        if figure is not None:
+            report("drawing", 1.0)
+            from kerrcaustics.draw.waves import amplification_figure
+
+            write_figure(amplification_figure(seen), figure)
+    common.write_result(record(seen), seconds)
+    _print(seen, common.console())
+    common.say_files(figure=figure, saved=save)
+    if not seen.certified:
+        stop(1, "The images are not certified: see the remarks.")
+
+
+def _frequencies(text: str) -> list[float]:
+    """A number, or a range with steps in proportion."""
+    try:
+        low, *rest = [float(part) for part in text.split(":")]
+    except ValueError:
+        raise BadInput(f"Argument --frequency must be a number or LOW:HIGH:COUNT, but is {text}.") from None
+    if not rest:
+        return [low]
+    count = int(rest[1]) if len(rest) > 1 else _COUNT
+    if len(rest) > 2 or not 0 < low < rest[0] < math.inf or not 2 <= count <= _MOST_COUNT:
+        raise BadInput(
+            f"Argument --frequency must be LOW:HIGH:COUNT with 0 < LOW < HIGH and a COUNT of 2 to {_MOST_COUNT}, but "
+            f"is {text}."
+        )
+    return [low * (rest[0] / low) ** (i / (count - 1)) for i in range(count)]
+
+
+def _print(seen: "Amplification", out: Console) -> None:
+    place = place_in_words(seen.surface, seen.source)
+    say(out, f"{place_of(seen.camera)}: waves of a star at {place} on {seen.surface.in_words()}")
+    table = PlainTable(("frequency", "|F|", "phase (rad)", "error", "method"))
+    count = len(seen.frequency)
+    rows = range(count) if count <= _SHOWN else [round(i * (count - 1) / (_SHOWN - 1)) for i in range(_SHOWN)]
+    for i in rows:
+        size, phase = cmath.polar(complex(seen.value[i]))
+        table.add_row(f"{seen.frequency[i]:.5g}", f"{size:.6g}", f"{phase:.5f}", f"{seen.error[i]:.1e}", seen.method[i])
+    out.print(table)
+    say_all(out, seen.remarks)
+    say(out, f"{len(seen.image_index)} images: {verdict(seen.certified)}")

@@ -1,0 +1,42 @@
+"""Waves of one source: how its amplification depends on the frequency."""
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from kerrcaustics.draw import style
+from kerrcaustics.draw.titles import viewer_in_words
+from kerrcaustics.waves.amplification import METHODS, Amplification
+
+_BAND = {"alpha": 0.25, "linewidth": 0}
+
+
+def amplification_curve(ax: Axes, seen: Amplification) -> Axes:
+    """The modulus of the field against frequency, with a band as wide as its errors, one colour a method."""
+    order = np.argsort(np.abs(seen.frequency))
+    omega, size = np.abs(seen.frequency)[order], np.abs(seen.value)[order]
+    error, method = seen.error[order], np.asarray(seen.method)[order]
+    for i, name in enumerate(METHODS[1:]):
+        # Lines go on to the next frequency.
+        here = method == name
+        shown = here | np.append(False, here[:-1]) if len(here) > 1 else here
+        if here.any():
+            colour, line = style.PALETTE[i], np.where(shown, size, np.nan)
+            ax.plot(omega, line, color=colour, label=name, marker="" if len(omega) > 1 else "o")
+            ax.fill_between(omega, np.maximum(line - error, 0), line + error, color=colour, **_BAND)
+    unit = " ($GM/c^2$)" if np.isinf(seen.camera.radius) else ""
+    ax.set(xscale="log", xlabel=r"angular frequency $\omega M$", ylabel=rf"$|F|${unit}", ylim=(0, None))
+    if ax.lines:
+        ax.legend()
+    return ax
+
+
+def amplification_figure(seen: Amplification) -> Figure:
+    """The curve with the viewer and the source in its title."""
+    with rc_context(style.RC):
+        figure = Figure(figsize=(style.PAGE_WIDTH, 3.6), layout="constrained")
+        ax = amplification_curve(figure.add_subplot(), seen)
+        theta, phi = np.degrees(seen.source)
+        ax.set_title(f"{viewer_in_words(seen.camera)}; star at {theta:.6g}°, {phi:.6g}°")
+    return figure

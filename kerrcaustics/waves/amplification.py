@@ -1,0 +1,389 @@
+"""The amplification of waves of one source: the field at the viewer by that without the hole, finite at caustics."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import ArrayLike
+
+from kerrcaustics.beams.ends import SKY, End, Wherever, end_of
+from kerrcaustics.images.images import StarImages, checked_place, star_images
+from kerrcaustics.images.sheets import HIGHEST_INDEX, sheets_of
+from kerrcaustics.lens_map.lens_map import TRAVEL_TIME
+from kerrcaustics.lens_map.search_sky import search_sky
+from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
+from kerrcaustics.results.progress import Progress, with_progress
+from kerrcaustics.spacetime.checks import numbers, one_of, quoted, whole_number
+from kerrcaustics.spacetime.sphere import from_angles, lengths
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
+from kerrcaustics.waves.nearest_curve import FARTHEST, NearestCurve, nearest_curve
+from kerrcaustics.waves.uniform import fold_pair, ring_pair
+from kerrcaustics.waves.wave_images import WaveImages, wave_images
+
+Array = np.ndarray
+
+Method = Literal["auto", "images", "fold", "ring", "line"]
+METHODS = ("auto", "images", "fold", "ring", "line")
+
+# Decay of waves beyond a fold, by frequency and the 3/2 power of the distance: of the impact parameters of photon
+# orbits, about.
+_DECAY = 10 / 3
+# Sizes of a caustic beyond which it is small.
+_SMALL = 3.0
+# The least frequency: below it rays tell nothing of waves.
+_LEAST = 0.05
+# Errors times the frequency, in parts of the field: of separate images, of a primary ring with its next phase, and of
+# other rings and folds; a frequency that is added to it, as asymptotics of long waves fail by less than that.
+_OF_IMAGES, _OF_PRIMARY, _OF_RING, _LONG_WAVES = 0.01, 0.042, 0.06, 0.1
+# The next order across the primary ring, far away: this phase by the frequency.
+_NEXT_PHASE = 1 / 24
+# Errors of two images as a sum, by the phase between them: at a fold and on a ring, and the next order.
+_AT_FOLD, _ON_RING, _NEXT_ORDER = 5 / 72, 1 / 8, 0.5
+# Amplitude of each index by that before, at least, where it cannot be told.
+_LEAST_RATIO = 0.2
+
+
+@result(
+    "amplification/1",
+    record="camera surface source max_index certified remarks image_index image_amplitude image_time",
+    rows="frequency real imaginary error method",
+)
+class Amplification(Shown):
+    """The field of a monochromatic source, by that which it would have without the hole."""
+
+    camera: Viewer = quantity("", "", "who sees it", json="", column="")
+    surface: End = quantity("", "", "where the source lies", json="", column="")
+    source: tuple[float, float] = quantity("angle", "place", "theta', phi' of the source", given=True)
+    max_index: int = quantity("", "1", "highest Morse index that was asked for")
+    frequency: Array = quantity("wave", "c^3/GM", "angular frequency at infinity, times the mass")
+    real: Array = quantity("wave", "1", "real part of the field; of an Observer at infinity in GM/c^2")
+    imaginary: Array = quantity("wave", "1", "imaginary part")
+    error: Array = quantity("wave", "1", "estimated error of the field")
+    method: Array = quantity("wave", "1", "what gave the brightest part: images, fold, ring or line")
+    image_index: Array = quantity("image", "1", "Morse index n of each image that takes part")
+    image_amplitude: Array = quantity(
+        "image", "1", "g sqrt(mu): the modulus of the image's wave; of an Observer at infinity in GM/c^2"
+    )
+    image_time: Array = quantity("image", "GM/c^3", TRAVEL_TIME)
+    certified: bool = quantity("", "1", "True when no image is missing; on a caustic two of them are one")
+    remarks: tuple[str, ...] = quantity("", "", "what is in doubt or left out")
+
+    @property
+    def value(self) -> Array:
+        """The field (n,), complex; waves go as exp(-i omega t)."""
+        return self.real + 1j * self.imaginary
+
+    @property
+    def images(self) -> StarImages:
+        """The images up to `max_index`, looked for again."""
+        return star_images(self.camera, self.source, self.max_index)
+
+    def __repr__(self) -> str:
+        """Summary in one line: the source, and how many frequencies."""
+        note = "" if self.certified else ", not certified"
+        return f"<Amplification of a source at {self.source}, at {len(self.frequency)} frequencies{note}>"
+
+
+@usual_warnings
+@with_progress
+def amplification(
+    viewer: Viewer,
+    source: ArrayLike,
+    frequencies: ArrayLike,
+    *,
+    max_index: int = 2,
+    end: Wherever | End = math.inf,
+    method: Method = "auto",
+    progress: Progress | bool | None = None,
+) -> Amplification:
+    """The amplification of the waves of one source: all images with their phases, finite on caustics.
+
+    Parameters
+    ----------
+    viewer : Camera or Observer
+        Its velocity does not matter: the field is that at its event, for each frequency at infinity.
+    source : (theta', phi')
+        A point on the celestial sphere, radians.
+    frequencies : array or float
+        Angular frequencies at infinity times the mass, 0.05 or more in modulus; negative ones have the complex
+        conjugate. A wavelength is 2 pi / frequency, in units of the mass.
+    max_index : int
+        0 to 6: images with Morse index up to it, and those that belong to the same ring.
+    end : float or CelestialSphere
+        math.inf: sources lie on the celestial sphere.
+    method : str
+        "auto", for each frequency what has the smallest error; or one of these everywhere: "images", their sum; "fold",
+        pairs beside folds by Airy functions; "ring", pairs across an axis by Bessel functions; "line", one integral for
+        each ring.
+    progress : callable or bool, optional
+        As for `caustics`.
+
+    Returns
+    -------
+    Amplification
+        The field by that of the same source without the hole, which is 1; waves go as exp(-i omega t), and times are
+        those of `trace_rays`. Of an Observer at infinity it is the scattering amplitude, a length: |f|^2 is the cross
+        section by solid angle, without the incident wave.
+
+    Raises
+    ------
+    ValueError
+        If an argument is invalid.
+
+    Errors
+    ------
+    `Amplification.error`: that of asymptotics falls as 1 / frequency, by as much as partial waves told; that of pairs
+    that are summed, with the phase between them; and that of images of higher index is their amplitude.
+
+    Notes
+    -----
+    Scalar waves, without polarisation; absorption next to the shadow edge and waves longer than the hole are left out.
+
+    References
+    ----------
+    Nakamura & Deguchi 1999, Prog. Theor. Phys. Suppl. 133, 137: waves of images, F = sum of sqrt(mu) exp(i omega T - i
+    pi n / 2). Ludwig 1966, Comm. Pure Appl. Math. 19, 215: folds. Maslov & Fedoriuk 1981: mixed representations.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.9, radius=10)
+    >>> seen = kc.amplification(camera, (1.4, 2.9), [1.0, 10.0], max_index=1)
+    >>> seen.method.tolist()
+    ['images', 'images']
+    """
+    check_viewer(viewer)
+    surface = end_of(viewer, end)
+    if surface is not SKY:
+        raise ValueError(f"Argument `end` must be math.inf, the celestial sphere, but is {quoted(end)}.")
+    highest = whole_number("max_index", max_index, 0, HIGHEST_INDEX)
+    place = checked_place("source", source, viewer, surface)
+    omega = _checked_frequencies(frequencies)
+    one_of("method", method, METHODS)
+    return _amplification(viewer, place, omega, highest, method)
+
+
+def _checked_frequencies(frequencies: ArrayLike) -> Float[Array, " frequencies"]:
+    omega = np.atleast_1d(numbers("frequencies", frequencies))
+    if omega.ndim != 1 or not len(omega):
+        raise ValueError(f"Argument `frequencies` must be a number or a list of some, but has the shape {omega.shape}.")
+    wrong = ~(np.isfinite(omega) & (np.abs(omega) >= _LEAST))
+    if wrong.any():
+        raise ValueError(
+            f"Argument `frequencies` must be finite, and at least {_LEAST:g} in modulus, as rays tell nothing of "
+            f"longer waves, but has {omega[wrong][0]:g}."
+        )
+    return omega
+
+
+def _amplification(
+    viewer: Viewer, place: tuple[float, float], omega: Float[Array, " frequencies"], highest: int, how: str
+) -> Amplification:
+    seen = star_images(viewer, place, min(highest + 1, HIGHEST_INDEX))
+    waves = wave_images(seen)
+    parts = _best_parts(viewer, place, waves, highest, np.abs(omega), how)
+    field = np.sum([part.value for part in parts], axis=0)
+    field = np.where(omega < 0, field.conj(), field)
+    taken = max((part.last for part in parts), default=highest)
+    left_out = _left_out(waves, taken)
+    error = np.sum([part.error for part in parts], axis=0) + left_out
+    brightest = np.argmax([np.abs(part.value) for part in parts], axis=0)
+    return Amplification(
+        camera=viewer,
+        surface=SKY,
+        source=place,
+        max_index=highest,
+        frequency=omega,
+        real=field.real,
+        imaginary=field.imag,
+        error=error,
+        method=np.array([parts[part].method[i] for i, part in enumerate(brightest.tolist())]),
+        image_index=waves.index,
+        image_amplitude=waves.amplitude,
+        image_time=waves.time,
+        certified=seen.certified or bool(seen.on_caustic),
+        remarks=seen.remarks,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _GroupWaves:
+    """The waves of a group of images: value, error and method by frequency; last: the highest index in it."""
+
+    value: Float[Array, " frequencies"]
+    error: Float[Array, " frequencies"]
+    method: tuple[str, ...]
+    last: int
+
+
+def _best_parts(
+    viewer: Viewer,
+    place: tuple[float, float],
+    waves: WaveImages,
+    highest: int,
+    omega: Float[Array, " frequencies"],
+    how: str,
+) -> list[_GroupWaves]:
+    """Groups of two neighbouring indices, from 0 and 1 on or from 1 and 2 on: those whose error is smaller in all."""
+    sheets, sky = sheets_of(viewer, min(highest + 1, HIGHEST_INDEX)), search_sky(viewer)
+    star = from_angles(*place)
+    groups = []
+    for order in range(1, highest + 2):
+        caustic = sheets.curves.curves[order - 1].points.direction if order <= len(sheets.curves.curves) else None
+        curve = None
+        near = caustic is not None and lengths(caustic - star).min() < FARTHEST
+        if near and how in ("auto", "line"):
+            curve = nearest_curve(sky, sheets.curves, order, star)
+        if curve is not None and not curve.is_smooth:
+            curve = None
+        groups.append(_RingImages(waves.ring(order), curve, order, caustic, star))
+    choices = []
+    for first in (1, 2):
+        parts = [] if first == 1 else [_alone(waves[waves.index == 0], omega)]
+        parts += [group.best(omega, how) for group in groups[first - 1 :: 2]]
+        # Neighbours that belong to two groups are summed.
+        torn = sum((group.torn(omega) for group in groups[2 - first :: 2]), np.zeros(len(omega)))
+        parts.append(_GroupWaves(np.zeros(len(omega)), torn, ("images",) * len(omega), 0))
+        choices.append((sum(float(np.sum(part.error)) for part in parts), parts))
+    return min(choices, key=lambda choice: choice[0])[1]
+
+
+def _alone(waves: WaveImages, omega: Float[Array, " frequencies"]) -> _GroupWaves:
+    """Images that belong to no pair."""
+    value = waves.field(omega)
+    error = _OF_IMAGES / omega * waves.amplitude.sum()
+    return _GroupWaves(value, error, ("images",) * len(omega), 0)
+
+
+def _summed_error(ring: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+    """The error of neighbours on a ring as a sum."""
+    if len(ring) < 2:
+        return np.zeros(len(omega))
+    following = np.roll(np.arange(len(ring)), -1)
+    pair = ring.index != ring.index[following]
+    chi = np.abs(ring.time - ring.time[following])[pair][:, None] * omega / 2
+    amplitude = np.minimum(ring.amplitude, ring.amplitude[following])[pair]
+    share = _ON_RING / 2 if len(ring) == 2 else _AT_FOLD
+    with np.errstate(divide="ignore"):
+        return (amplitude[:, None] * share / chi * (1 + _NEXT_ORDER / chi)).sum(axis=0)
+
+
+@dataclass(frozen=True, eq=False)
+class _RingImages:
+    """The images beside a critical curve.
+
+    ring: in the order of their position angles; curve: their nearest curve, if it is smooth; order: of the critical
+    curve; caustic: points of its image, None if it is not known; star: direction.
+    """
+
+    ring: WaveImages
+    curve: NearestCurve | None
+    order: int
+    caustic: Float[Array, "points 3"] | None
+    star: Float[Array, " 3"]
+
+    def best(self, omega: Float[Array, " frequencies"], how: str) -> _GroupWaves:
+        """For each frequency the method with the smallest error, or the one that is wanted."""
+        ways = self._ways(omega)
+        if how != "auto":
+            ways = {name: ways[name] for name in ((how,) if how in ways else ("images",)) if name in ways}
+        if not ways:
+            nothing = np.zeros(len(omega))
+            return _GroupWaves(nothing + 0j, np.full(len(omega), math.inf), ("images",) * len(omega), self.order)
+        names = list(ways)
+        values, errors = (np.array([ways[name][i] for name in names]) for i in (0, 1))
+        best, columns = errors.argmin(axis=0), np.arange(len(omega))
+        method = tuple(names[i] for i in best.tolist())
+        return _GroupWaves(values[best, columns], errors[best, columns], method, self.order)
+
+    def torn(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+        """What is lost where its images belong to two other groups."""
+        return _summed_error(self.ring, omega) + self._beyond_caustic(omega)
+
+    def _ways(self, omega: Float[Array, " frequencies"]) -> dict[str, tuple[Array, Array]]:
+        """The waves and their errors, by each method that there is."""
+        ring, ways = self.ring, {}
+        next_phase = np.exp(1j * _NEXT_PHASE / omega) if self.order == 1 else 1.0
+        share = (_OF_PRIMARY if self.order == 1 else _OF_RING) / (omega + _LONG_WAVES)
+        apart = float(np.linalg.norm(ring.amplitude)) if len(ring) else math.inf
+        if self.curve is not None:
+            value = self.curve.field(omega) * next_phase
+            # What the images would be without their phases, but on a caustic no more than there can be.
+            size = np.minimum(np.sqrt(omega) * self.curve.brightest, apart)
+            ways["line"] = value, share * np.maximum(np.abs(value), size)
+        elif len(ring) == 2:
+            early = np.argsort(ring.time)
+            value = ring_pair(omega, int(ring.index.min()), _two(ring.time[early]), _two(ring.amplitude[early]))
+            size = np.sqrt(math.pi * omega * np.ptp(ring.time) / 4) * ring.amplitude.sum()
+            error = share * np.maximum(np.abs(value), np.minimum(size, apart))
+            ways["ring"] = value * next_phase, error + self._beyond_caustic(omega)
+        if len(ring):
+            error = _summed_error(ring, omega) + _OF_IMAGES / omega * float(ring.amplitude.sum())
+            ways["images"] = ring.field(omega), error + self._beyond_caustic(omega)
+        if len(ring) > 2:
+            value, error = _with_fold(ring, omega, share)
+            ways["fold"] = value, error + self._beyond_caustic(omega)
+        return {name: (value, np.nan_to_num(error, nan=math.inf)) for name, (value, error) in ways.items()}
+
+    def _beyond_caustic(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+        """Waves that may reach the star from a caustic beside it without an image; they fall as the Airy function does.
+
+        A caustic that is much smaller than its distance has none.
+        """
+        if self.caustic is None or not len(self.ring):
+            return np.zeros(len(omega))
+        away = float(lengths(self.caustic - self.star).min())
+        if away > _SMALL * float(lengths(self.caustic - self.caustic.mean(axis=0)).max()):
+            return np.zeros(len(omega))
+        bright = float(np.linalg.norm(np.minimum(self.ring.amplitude, 1.0)))
+        return bright * np.exp(-_DECAY * omega * away**1.5)
+
+
+def _two(values: Sequence[float] | Array) -> tuple[float, float]:
+    return float(values[0]), float(values[1])
+
+
+def _with_fold(
+    ring: WaveImages, omega: Float[Array, " frequencies"], share: Float[Array, " frequencies"]
+) -> tuple[Array, Array]:
+    """The two neighbours that are closest in time as a pair beside a fold, and all others as images."""
+    following = np.roll(np.arange(len(ring)), -1)
+    gap = np.where(ring.index != ring.index[following], np.abs(ring.time - ring.time[following]), math.inf)
+    first = int(gap.argmin())
+    pair = ring[np.array([first, following[first]])]
+    pair = pair[np.argsort(pair.time)]
+    rest = ring[np.delete(np.arange(len(ring)), [first, following[first]])]
+    with np.errstate(invalid="ignore"):
+        value = fold_pair(omega, int(pair.index.min()), _two(pair.time), _two(pair.amplitude))
+    # All other neighbours are summed.
+    gap[first] = math.inf
+    torn = np.flatnonzero(np.isfinite(gap))
+    chi = gap[torn][:, None] * omega / 2
+    torn_error = np.zeros(len(omega))
+    if len(torn):
+        amplitude = np.minimum(ring.amplitude[torn], ring.amplitude[following[torn]])
+        torn_error = (amplitude[:, None] * _AT_FOLD / chi * (1 + _NEXT_ORDER / chi)).sum(axis=0)
+    own = share * np.maximum(np.abs(value), _airy_scale(pair, omega))
+    return value + rest.field(omega), own + torn_error + _OF_IMAGES / omega * rest.amplitude.sum()
+
+
+def _airy_scale(pair: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+    """About the amplitude of a pair: that of its images, and next to the fold the largest of the Airy function."""
+    chi = omega * float(np.ptp(pair.time)) / 2
+    return float(np.linalg.norm(pair.amplitude)) * np.minimum(1.0, np.maximum(chi, 0) ** (1 / 6))
+
+
+def _left_out(waves: WaveImages, last: int) -> float:
+    """The amplitude of all images of higher index than the last, as it falls from index to index."""
+    sums = np.bincount(waves.index, np.nan_to_num(waves.amplitude, posinf=0), HIGHEST_INDEX + 2)
+    known = np.flatnonzero(sums)
+    if not len(known):
+        return 0.0
+    highest = int(known.max())
+    before = sums[highest - 2] if highest >= 2 and sums[highest - 2] > 0 else 0.0
+    ratio = min(max(math.sqrt(sums[highest] / before) if before else _LEAST_RATIO, _LEAST_RATIO), 0.9)
+    beyond = sums[highest] * ratio / (1 - ratio)
+    return float(sums[last + 1 : highest + 1].sum() + beyond)

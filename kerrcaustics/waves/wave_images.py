@@ -1,0 +1,53 @@
+"""Images as waves: amplitudes, times and Morse indices, and who lies beside whom round the hole."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.images.images import StarImages
+from kerrcaustics.lens_map.search_sky import TOLERANCE, search_sky
+from kerrcaustics.spacetime.frame import line_of_sight_from_sky
+from kerrcaustics.spacetime.rows import Rows
+from kerrcaustics.waves.nearest_curve import unlensed
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class WaveImages(Rows):
+    """Images of one star, an entry each.
+
+    index: Morse index; amplitude: g times the root of the magnification, at finite radii by that in empty space; time:
+    of travel; around: position angle about the hole, radians.
+    """
+
+    index: Int[Array, " images"]
+    amplitude: Float[Array, " images"]
+    time: Float[Array, " images"]
+    around: Float[Array, " images"]
+
+    def field(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+        """The sum of the waves."""
+        turned = self.amplitude * np.exp(-0.5j * math.pi * self.index)
+        return np.exp(1j * omega[:, None] * self.time) @ turned
+
+    def ring(self, order: int) -> "WaveImages":
+        """Those on both sides of a critical curve, in the order of their position angles."""
+        here = self[(self.index == order - 1) | (self.index == order)]
+        return here[np.argsort(here.around, kind="stable")]
+
+
+def wave_images(images: StarImages) -> WaveImages:
+    """The waves of images on the celestial sphere."""
+    viewer, sky = images.camera, search_sky(images.camera)
+    camera = sky.search_camera
+    places = sky.searched(images.sky)
+    beams = trace_beams(camera, places, "auto", TOLERANCE, time=True, index=False, crossings=False, redshift=False)
+    assert beams.time is not None
+    time = sky.viewer_time(beams.time, np.zeros(len(places)))[0]
+    amplitude = images.redshift * np.sqrt(images.magnification) / unlensed(viewer)
+    line = line_of_sight_from_sky(camera.frame(), places)
+    return WaveImages(images.index, amplitude, time, np.arctan2(line[:, 2], line[:, 1]))

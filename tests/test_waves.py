@@ -1,0 +1,170 @@
+"""Waves of one source: against partial waves, the point mass, the glory, and themselves."""
+
+import cmath
+import json
+import math
+
+import mpmath
+import numpy as np
+import pytest
+from command_line import run
+
+import kerrcaustics as kc
+from kerrcaustics.images.sheets import sheets_of
+from kerrcaustics.lens_map.search_sky import search_sky
+from kerrcaustics.scripts import STUDIES
+from kerrcaustics.spacetime.sphere import from_angles
+from kerrcaustics.waves.nearest_curve import nearest_curve
+from kerrcaustics.waves.uniform import fold_pair, ring_pair
+
+TWIN = STUDIES.module("truth.partial_waves")
+CAMERA = kc.Camera(0.0, 10.0, math.pi / 2, "fiducial")
+SPINNING = kc.Camera(0.9, 10.0, 1.3, "fiducial")
+ANGLES = (1e-3, 0.05, 0.3, 1.0, 1.5, 1.8, 2.6, 3.0, 3.1, 3.14)
+FEW = (1e-3, 0.3, 1.8, 3.1)
+
+
+@pytest.mark.parametrize("omega", [1.0, *(pytest.param(w, marks=pytest.mark.slow) for w in (0.5, 2.0, 5.0, 10.0))])
+def test_partial_waves_lie_within_the_error(omega):
+    angles = FEW if omega == 1 else ANGLES
+    expected = TWIN.field(omega, 10.0, np.array(angles))
+    for angle, value in zip(angles, expected, strict=True):
+        seen = kc.amplification(CAMERA, (math.pi / 2, math.pi - angle), omega, max_index=4)
+        assert seen.certified and abs(seen.value[0] - value) < seen.error[0] < 0.11 / omega * max(abs(value), 1)
+
+
+def point_mass(w, y):
+    """Wave optics of a point mass far away (Deguchi & Watson 1986), with the phase of times to the hole."""
+    phase = mpmath.mpf(w) / 2 * mpmath.log(mpmath.mpf(w) / 2)
+    modulus = mpmath.exp(mpmath.pi * w / 4) * mpmath.gamma(1 - 0.5j * w)
+    return complex(modulus * mpmath.hyp1f1(0.5j * w, 1, 0.5j * w * y * y) * mpmath.exp(1j * phase))
+
+
+@pytest.mark.parametrize(
+    ("w", "most"),
+    [(10.0, 0.03), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((1.0, 0.12), (4.0, 0.08), (25.0, 0.012)))],
+)
+def test_point_mass_far_away(w, most):
+    viewer = kc.Observer(spin=0.0, inclination=math.pi / 2, radius=1e8)
+    size = math.sqrt(4 / viewer.radius)
+    found = []
+    for y in (1e-3, 0.5, 1.0, 2.0):
+        seen = kc.amplification(viewer, (math.pi / 2, math.pi - y * size), w / 4, max_index=1)
+        # Times are counted from the plane wave through the hole.
+        found.append((seen.value[0], seen.error[0], point_mass(w, y) * cmath.exp(-0.5j * w * y * y)))
+    # One constant of time is that of the point mass' own.
+    turn = cmath.exp(1j * w / 4 * 11.4247)
+    for value, error, exact in found:
+        assert abs(value - exact * turn) < error
+    assert abs(found[0][0]) ** 2 == pytest.approx({1.0: 3.2835, 10.0: 31.41593}.get(w, math.pi * w), rel=0.05)
+    assert found[0][1] <= most * abs(found[0][2]) and found[1][1] <= max(most, 0.03) * 1.1 * abs(found[1][2])
+
+
+def test_glory_of_a_hole_without_spin():
+    """Matzner et al. 1985: 2 pi omega b^2 |db / dTheta| J0^2, for small angles."""
+    viewer, b, slope = kc.Observer(spin=0.0, inclination=math.pi / 2), 5.3569586307887886, 0.17055373458
+    for omega, angle in ((5.0, 1e-3), (10.0, 1e-3), (10.0, 5e-3)):
+        seen = kc.amplification(viewer, (math.pi / 2, angle), omega)
+        expected = 2 * math.pi * omega * b**2 * slope * float(mpmath.besselj(0, b * omega * math.sin(angle))) ** 2
+        assert abs(seen.value[0]) ** 2 == pytest.approx(expected, rel=2e-3)
+        assert min(seen.image_index) == 1
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_stationary_places_are_the_images(order):
+    """The sum of a ring is that of its images where these are far apart in phase."""
+    star = (1.5, 2.5) if order == 1 else (1.2, 4.9)
+    curve = nearest_curve(search_sky(SPINNING), sheets_of(SPINNING, 2).curves, order, from_angles(*star))
+    assert curve.is_smooth and curve.nodes(10.0) > 1.2 * 10 * curve.fastest
+    waves = kc.amplification(SPINNING, star, 1.0, method="images", max_index=2)
+    here = (waves.image_index == order - 1) | (waves.image_index == order)
+    times, index, amplitude = waves.image_time[here], waves.image_index[here], waves.image_amplitude[here]
+    misses = []
+    for omega in (50.0, 200.0):
+        direct = (amplitude * np.exp(1j * (omega * times - math.pi / 2 * index))).sum()
+        misses.append(abs(curve.field(np.array([omega]))[0] - direct) / abs(amplitude).sum())
+    assert misses[0] < 1e-2 and misses[1] < misses[0] / 2
+
+
+def test_pairs_far_apart_are_their_images():
+    omega = np.array([200.0])
+    for pair in (fold_pair, ring_pair):
+        value = pair(omega, 1, (3.0, 5.0), (0.7, 0.4))[0]
+        sum_of_both = sum(s * cmath.exp(1j * (200 * t - math.pi / 2 * n)) for s, t, n in ((0.7, 3.0, 1), (0.4, 5.0, 2)))
+        assert abs(value - sum_of_both) < 2e-3
+
+
+def test_velocity_does_not_matter_and_negative_frequencies_are_conjugate():
+    star, omega = (1.4, 2.9), [0.7, 3.0, 30.0]
+    still = kc.amplification(SPINNING, star, omega)
+    moving = kc.amplification(kc.Camera(0.9, 10.0, 1.3, (0.1, -0.3, 0.4)), star, omega)
+    assert np.abs(moving.value - still.value).max() < 1e-6
+    assert np.allclose(kc.amplification(SPINNING, star, [-x for x in omega]).value, still.value.conj(), rtol=0, atol=0)
+
+
+@pytest.mark.slow
+def test_methods_agree_where_both_hold():
+    chance = np.random.default_rng(7)
+    for _ in range(40):
+        camera = kc.Camera(
+            float(chance.uniform(0.01, 0.99)),
+            3 * 30 ** float(chance.uniform()),
+            math.acos(chance.uniform(-0.95, 0.95)),
+            "fiducial",
+        )
+        star = math.acos(chance.uniform(-1, 1)), float(chance.uniform(0, 2 * math.pi))
+        omega = np.sort(10 ** chance.uniform(-0.3, 2, 5))
+        best = kc.amplification(camera, star, omega)
+        for method in ("line", "images"):
+            other = kc.amplification(camera, star, omega, method=method)
+            assert (np.abs(other.value - best.value) <= other.error + best.error).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("order", [1, 2])
+def test_star_goes_through_a_caustic_without_a_jump(order):
+    """Also where `auto` changes its method."""
+    camera = kc.Camera(0.5, 16.0, 1.2, "fiducial")
+    curve = kc.caustics(camera, order)[order - 1]
+    middle = curve.place[np.argmin(curve.place[:, 0])]
+    stars = [(float(middle[0] + d), float(middle[1])) for d in np.linspace(-0.2, 0.2, 61)]
+    seen = [kc.amplification(camera, star, 3.0) for star in stars]
+    values, errors = (np.array([getattr(one, name)[0] for one in seen]) for name in ("value", "error"))
+    assert np.isfinite(values).all() and np.isfinite(errors).all()
+    bend = np.abs(values[2:] - 2 * values[1:-1] + values[:-2])
+    assert (bend < 2 * (errors[2:] + errors[1:-1]) + 0.1 * np.abs(values[1:-1])).all()
+
+
+def test_command_says_what_the_function_returns(capsys, tmp_path):
+    line = "amplification --spin 0.9 --radius 10 --star 80 166 --frequency 0.5:50:7 --max-index 1"
+    status, out, _ = run(capsys, *line.split(), "--json", "-", "--figure", str(tmp_path / "waves.png"))
+    told = json.loads(out)
+    seen = kc.amplification(kc.Camera(0.9, 10.0), (math.radians(80), math.radians(166)), [0.5, 50.0], max_index=1)
+    rows = told["waves"]
+    assert status == 0 and len(rows) == 7 and rows[0]["frequency"] == 0.5
+    assert complex(rows[0]["real"], rows[0]["imaginary"]) == pytest.approx(seen.value[0], rel=1e-9)
+    assert [row["method"] for row in (rows[0], rows[-1])] == seen.method.tolist()
+    assert (tmp_path / "waves.png").stat().st_size > 10_000
+    file = tmp_path / "waves.npz"
+    kc.save(file, seen)
+    assert kc.load(file) == seen and "certified" not in repr(seen)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"frequencies": 0.0}, "Argument `frequencies` must be finite, and at least 0.05 in modulus"),
+        ({"frequencies": [1.0, math.nan]}, "Argument `frequencies` must be finite"),
+        ({"frequencies": []}, "Argument `frequencies` must be a number or a list"),
+        ({"frequencies": "low"}, "Argument `frequencies` must be finite"),
+        ({"max_index": 7}, "Argument `max_index`"),
+        ({"end": 20.0}, "Argument `end` must be math.inf"),
+        ({"method": "waves"}, "Argument `method` must be one of auto, images, fold, ring, line"),
+        ({"source": (1.0, 2.0, 3.0)}, "Argument `source`"),
+    ],
+)
+def test_bad_arguments_are_one_line(changes, words):
+    arguments = {"source": (1.4, 2.9), "frequencies": 1.0, **changes}
+    with pytest.raises(ValueError) as caught:
+        kc.amplification(SPINNING, **arguments)
+    assert str(caught.value).startswith(words) and "\n" not in str(caught.value)
