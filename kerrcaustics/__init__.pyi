@@ -40,5 +40,6 @@ from .tracks.isoradials import isoradials as isoradials
 from .tracks.lines import crossings_of_line as crossings_of_line
 from .tracks.tracks import star_tracks as star_tracks
 from .waves.amplification import amplification as amplification
+from .waves.pattern import diffraction_pattern as diffraction_pattern
 
 __version__: str

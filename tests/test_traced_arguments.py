@@ -44,6 +44,10 @@ CALLS = [
     (kc.circle_images, {**SEES, "normal": (0.3, 0.1), "max_index": 1}),
     (kc.magnification, {"viewer": CAMERA, "source": STAR, "size": 0.01, "max_index": 1, "power": 1.0}),
     (kc.amplification, {"viewer": CAMERA, "source": STAR, "frequencies": [1.0], "max_index": 1}),
+    (
+        kc.diffraction_pattern,
+        {"viewer": CAMERA, "region": [(1.5, 1.6), (3.1, 3.2)], "frequency": 5.0, "max_index": 1, "pixels": 2},
+    ),
     (kc.follow_star, {"cameras": [CAMERA], "star": STAR, "max_index": 1}),
     (kc.isoradials, {**SEES, "radii": [6.0], "crossings": 1, "points": 16}),
     (kc.light_curve, {**SEES, "orbit": 8.0, "times": 10, "size": 0.1, "crossings": 1, "power": 4.0, "points": 90}),

@@ -120,6 +120,13 @@ def test_methods_agree_where_both_hold():
             assert (np.abs(other.value - best.value) <= other.error + best.error).all()
 
 
+def test_star_on_an_axis_is_finite():
+    """Where all images of a ring are one, as bright as the root of pi w for a point mass."""
+    value = TWIN.field(2.0, 10.0, np.zeros(1))[0]
+    seen = kc.amplification(CAMERA, (math.pi / 2, math.pi), 2.0, max_index=4)
+    assert abs(seen.value[0] - value) < seen.error[0] < 0.1 * abs(value) and seen.method[0] == "line"
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("order", [1, 2])
 def test_star_goes_through_a_caustic_without_a_jump(order):
@@ -148,6 +155,21 @@ def test_command_says_what_the_function_returns(capsys, tmp_path):
     file = tmp_path / "waves.npz"
     kc.save(file, seen)
     assert kc.load(file) == seen and "certified" not in repr(seen)
+
+
+def test_patterns_are_those_of_single_stars():
+    camera = kc.Camera(0.5, 16.0, 1.2, "fiducial")
+    pattern = kc.diffraction_pattern(camera, ((1.15, 1.25), (5.7, 5.8)), 20.0, pixels=5)
+    assert pattern.orders == (2,) and pattern.value.shape == (5, 5)
+    for i, j in ((0, 0), (1, 3), (2, 2)):
+        one = kc.amplification(camera, (pattern.theta[i], pattern.phi[j]), 20.0, method="line")
+        assert abs(pattern.value[i, j] - one.value[0]) < min(1e-4, pattern.error[i, j] + one.error[0])
+    assert len(pattern.plot().collections) == 1
+    with pytest.raises(ValueError, match=r"^Argument `region` must lie where"):
+        kc.diffraction_pattern(kc.Camera(0.99, 6.0, 1.3, "fiducial"), ((1.2, 1.4), (1.0, 1.2)), 5.0, pixels=2)
+    for region in (((1.2, 1.1), (0.0, 1.0)), (1.0, 2.0), ((0.0, 1.0), (0.0, 1.0))):
+        with pytest.raises(ValueError, match=r"^Argument `region` must be"):
+            kc.diffraction_pattern(camera, region, 5.0)
 
 
 @pytest.mark.parametrize(

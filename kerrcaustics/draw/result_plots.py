@@ -30,7 +30,7 @@ from kerrcaustics.draw.sky_axes import REACH, from_above, from_the_side, is_sphe
 from kerrcaustics.draw.solids import CAPTURED_COLOUR, DISK_COLOUR, DISK_RIM_COLOUR
 from kerrcaustics.draw.source_light import show_flux as show_source_flux
 from kerrcaustics.draw.titles import viewer_in_words
-from kerrcaustics.draw.waves import amplification_curve
+from kerrcaustics.draw.waves import amplification_curve, intensity
 from kerrcaustics.images.derivatives import ImageDerivatives
 from kerrcaustics.moving_sources.light_curve import SourceLightCurve
 from kerrcaustics.results.declared import Items
@@ -220,6 +220,7 @@ _PLOTS: dict[str, Callable[..., Axes]] = {
     "CircleImages": sky_results.circle_curves,
     "CountMap": sky_results.count_map,
     "Cusp": sky_results.cusp_place,
+    "DiffractionPattern": intensity,
     "EventDerivatives": event_derivatives,
     "IsoradialSet": sky_results.isoradials,
     "FollowedStar": sky_results.followed_images,

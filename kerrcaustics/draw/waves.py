@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from kerrcaustics.draw import style
 from kerrcaustics.draw.titles import viewer_in_words
 from kerrcaustics.waves.amplification import METHODS, Amplification
+from kerrcaustics.waves.pattern import DiffractionPattern
 
 _BAND = {"alpha": 0.25, "linewidth": 0}
 
@@ -29,6 +30,18 @@ def amplification_curve(ax: Axes, seen: Amplification) -> Axes:
     ax.set(xscale="log", xlabel=r"angular frequency $\omega M$", ylabel=rf"$|F|${unit}", ylim=(0, None))
     if ax.lines:
         ax.legend()
+    return ax
+
+
+def intensity(ax: Axes, seen: DiffractionPattern) -> Axes:
+    """The intensity over the sources' places, theta' downward, with its scale."""
+    phi, theta = np.degrees(seen.phi), np.degrees(seen.theta)
+    image = ax.pcolormesh(phi, theta, np.abs(seen.value) ** 2, cmap="magma", rasterized=True)
+    unit = " ($G^2M^2/c^4$)" if np.isinf(seen.camera.radius) else ""
+    ax.figure.colorbar(image, ax=ax, label=rf"$|F|^2${unit}")
+    ax.set(xlabel=r"$\phi'$ (deg)", ylabel=r"$\theta'$ (deg)")
+    if not ax.yaxis_inverted():
+        ax.invert_yaxis()
     return ax
 
 

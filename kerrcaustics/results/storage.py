@@ -46,6 +46,7 @@ HOMES = {
     "extended_sources.magnification": "LimbImage Magnification",
     "tracks.lines": "LineCrossings",
     "waves.amplification": "Amplification",
+    "waves.pattern": "DiffractionPattern",
     "moving_sources.light_curve": "SourceEvent SourceLightCurve",
     "scenes.view": "View",
     "scenes.screen": "Screen",

@@ -19,11 +19,14 @@ from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, whole_number
 from kerrcaustics.spacetime.sphere import from_angles, lengths
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
-from kerrcaustics.waves.nearest_curve import FARTHEST, NearestCurve, nearest_curve
+from kerrcaustics.waves.nearest_curve import FARTHEST, NearestCurve, nearest_curve, next_order
 from kerrcaustics.waves.uniform import fold_pair, ring_pair
 from kerrcaustics.waves.wave_images import WaveImages, wave_images
 
 Array = np.ndarray
+
+LEAST_FREQUENCY = 0.05
+"""Below it rays tell nothing of waves."""
 
 Method = Literal["auto", "images", "fold", "ring", "line"]
 METHODS = ("auto", "images", "fold", "ring", "line")
@@ -33,13 +36,9 @@ METHODS = ("auto", "images", "fold", "ring", "line")
 _DECAY = 10 / 3
 # Sizes of a caustic beyond which it is small.
 _SMALL = 3.0
-# The least frequency: below it rays tell nothing of waves.
-_LEAST = 0.05
 # Errors times the frequency, in parts of the field: of separate images, of a primary ring with its next phase, and of
 # other rings and folds; a frequency that is added to it, as asymptotics of long waves fail by less than that.
 _OF_IMAGES, _OF_PRIMARY, _OF_RING, _LONG_WAVES = 0.01, 0.042, 0.06, 0.1
-# The next order across the primary ring, far away: this phase by the frequency.
-_NEXT_PHASE = 1 / 24
 # Errors of two images as a sum, by the phase between them: at a fold and on a ring, and the next order.
 _AT_FOLD, _ON_RING, _NEXT_ORDER = 5 / 72, 1 / 8, 0.5
 # Amplitude of each index by that before, at least, where it cannot be told.
@@ -170,11 +169,11 @@ def _checked_frequencies(frequencies: ArrayLike) -> Float[Array, " frequencies"]
     omega = np.atleast_1d(numbers("frequencies", frequencies))
     if omega.ndim != 1 or not len(omega):
         raise ValueError(f"Argument `frequencies` must be a number or a list of some, but has the shape {omega.shape}.")
-    wrong = ~(np.isfinite(omega) & (np.abs(omega) >= _LEAST))
+    wrong = ~(np.isfinite(omega) & (np.abs(omega) >= LEAST_FREQUENCY))
     if wrong.any():
         raise ValueError(
-            f"Argument `frequencies` must be finite, and at least {_LEAST:g} in modulus, as rays tell nothing of "
-            f"longer waves, but has {omega[wrong][0]:g}."
+            f"Argument `frequencies` must be finite, and at least {LEAST_FREQUENCY:g} in modulus, as rays tell nothing "
+            f"of longer waves, but has {omega[wrong][0]:g}."
         )
     return omega
 
@@ -188,8 +187,8 @@ def _amplification(
     field = np.sum([part.value for part in parts], axis=0)
     field = np.where(omega < 0, field.conj(), field)
     taken = max((part.last for part in parts), default=highest)
-    left_out = _left_out(waves, taken)
-    error = np.sum([part.error for part in parts], axis=0) + left_out
+    beyond = left_out(waves, taken)
+    error = np.sum([part.error for part in parts], axis=0) + beyond
     brightest = np.argmax([np.abs(part.value) for part in parts], axis=0)
     return Amplification(
         camera=viewer,
@@ -306,11 +305,10 @@ class _RingImages:
     def _ways(self, omega: Float[Array, " frequencies"]) -> dict[str, tuple[Array, Array]]:
         """The waves and their errors, by each method that there is."""
         ring, ways = self.ring, {}
-        next_phase = np.exp(1j * _NEXT_PHASE / omega) if self.order == 1 else 1.0
         share = (_OF_PRIMARY if self.order == 1 else _OF_RING) / (omega + _LONG_WAVES)
         apart = float(np.linalg.norm(ring.amplitude)) if len(ring) else math.inf
         if self.curve is not None:
-            value = self.curve.field(omega) * next_phase
+            value = self.curve.field(omega)
             # What the images would be without their phases, but on a caustic no more than there can be.
             size = np.minimum(np.sqrt(omega) * self.curve.brightest, apart)
             ways["line"] = value, share * np.maximum(np.abs(value), size)
@@ -319,7 +317,7 @@ class _RingImages:
             value = ring_pair(omega, int(ring.index.min()), _two(ring.time[early]), _two(ring.amplitude[early]))
             size = np.sqrt(math.pi * omega * np.ptp(ring.time) / 4) * ring.amplitude.sum()
             error = share * np.maximum(np.abs(value), np.minimum(size, apart))
-            ways["ring"] = value * next_phase, error + self._beyond_caustic(omega)
+            ways["ring"] = value * next_order(self.order, omega), error + self._beyond_caustic(omega)
         if len(ring):
             error = _summed_error(ring, omega) + _OF_IMAGES / omega * float(ring.amplitude.sum())
             ways["images"] = ring.field(omega), error + self._beyond_caustic(omega)
@@ -376,7 +374,13 @@ def _airy_scale(pair: WaveImages, omega: Float[Array, " frequencies"]) -> Float[
     return float(np.linalg.norm(pair.amplitude)) * np.minimum(1.0, np.maximum(chi, 0) ** (1 / 6))
 
 
-def _left_out(waves: WaveImages, last: int) -> float:
+def ring_error(order: int, omega: float, size: Float[Array, " places"], ring: WaveImages) -> Float[Array, " places"]:
+    """The error of the integral of a ring whose field has the given moduli, beside images of one star."""
+    share = (_OF_PRIMARY if order == 1 else _OF_RING) / (omega + _LONG_WAVES)
+    return share * np.maximum(size, float(np.linalg.norm(np.minimum(ring.amplitude, size.max()))))
+
+
+def left_out(waves: WaveImages, last: int) -> float:
     """The amplitude of all images of higher index than the last, as it falls from index to index."""
     sums = np.bincount(waves.index, np.nan_to_num(waves.amplitude, posinf=0), HIGHEST_INDEX + 2)
     known = np.flatnonzero(sums)

@@ -7,6 +7,7 @@ it momentum (Maslov's mixed representation).
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -34,6 +35,10 @@ _LINES, _MOST_LINES, _SMOOTH, _ROUGH, _JUMPS = 64, 1024, 1e-7, 1e-5, 1e-2
 _FIRST, _LONGEST, _MOST_STEPS, _LAST = 1e-3, 0.3, 30, 1e-8
 # Places on each line where the nearest one is looked for, the depth of the outermost, and the error of their rays.
 _SAMPLES, _OUTERMOST, _OF_SAMPLES = 24, 0.02, 1e-8
+# Below it a phase is round-off: on an axis it is constant.
+_TINY = 1e-3
+# By the frequency.
+_NEXT_PHASE = 1 / 24
 # Differences along the sky's coordinates.
 _DIFFERENCE = 1e-5
 # Nodes of the sum: per radian of phase that passes in a turn, and at least.
@@ -81,8 +86,17 @@ class NearestCurve:
         for first in range(0, len(omega), rows):
             w = omega[first : first + rows]
             parts.append(np.exp(1j * w[:, None] * phase) @ amplitude)
+        return self.turned(omega) * np.concatenate(parts) * (2 * math.pi / count)
+
+    def turned(self, omega: Any) -> Any:
+        """What stands before the integral."""
         turn = np.exp(-0.25j * math.pi - 0.5j * math.pi * (self.order - 1))
-        return np.sqrt(omega / (2 * math.pi)) * turn * np.concatenate(parts) * (2 * math.pi / count)
+        return np.sqrt(omega / (2 * math.pi)) * turn * next_order(self.order, omega)
+
+
+def next_order(order: int, omega: Any) -> Any:
+    """The next order of the asymptotics across a ring as a phase: that of a point mass for the primary one, else 1."""
+    return np.exp(1j * _NEXT_PHASE / omega) if order == 1 else 1.0
 
 
 def nearest_curve(sky: SearchSky, curves: CriticalCurves, order: int, star: Float[Array, " 3"]) -> NearestCurve:
@@ -262,6 +276,6 @@ def _rate(values: Array) -> Array:
 
 
 def _tail(values: Float[Array, " lines"]) -> float:
-    """The largest of the last quarter of Fourier coefficients, by the largest of all."""
+    """The largest of the last quarter of Fourier coefficients, by the largest of all, or by that of a tiny function."""
     series = np.abs(np.fft.rfft(values))
-    return float(series[-len(series) // 4 :].max() / series.max())
+    return float(series[-len(series) // 4 :].max() / max(series.max(), _TINY * len(values)))

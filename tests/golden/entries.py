@@ -156,6 +156,10 @@ def amplification(viewer: Any) -> Any:
     return kc.amplification(viewer, (1.4, 2.9), [0.5, 5.0], max_index=1)
 
 
+def diffraction_pattern(viewer: Any) -> Any:
+    return kc.diffraction_pattern(viewer, ((1.5, 1.6), (3.1, 3.2)), 5.0, max_index=1, pixels=8)
+
+
 def circle_images(viewer: Any) -> Any:
     return kc.circle_images(viewer, (0.4, 0.5), 1)
 
@@ -259,6 +263,7 @@ ALONE = (
     (circle_images, ("moving", "infinity")),
     (magnification, ("moving", "infinity")),
     (amplification, ("moving", "observer", "infinity")),
+    (diffraction_pattern, ("moving",)),
     (crossings_of_line, ("near", "orbiting")),
     (follow_star, ("near", "moving")),
     (image_derivatives, ("moving", "orbiting", "observer")),

@@ -1,0 +1,240 @@
+"""The light around a caustic at one frequency: fringes of folds, patterns of cusps and of whole small caustics.
+
+The integrand of a ring of images is smooth in the place of the star: it is found for few stars, and interpolated.
+"""
+
+import math
+
+import numpy as np
+from jaxtyping import Float
+from numpy.polynomial import chebyshev
+from numpy.typing import ArrayLike
+
+from kerrcaustics.beams.ends import SKY, End
+from kerrcaustics.images.images import star_images
+from kerrcaustics.images.sheets import HIGHEST_INDEX, Sheets, sheets_of
+from kerrcaustics.lens_map.search_sky import SearchSky, search_sky
+from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
+from kerrcaustics.results.progress import Progress, in_steps, with_progress
+from kerrcaustics.spacetime.checks import numbers, quoted, real_number, whole_number
+from kerrcaustics.spacetime.sphere import from_angles, lengths
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
+from kerrcaustics.waves.amplification import LEAST_FREQUENCY, left_out, ring_error
+from kerrcaustics.waves.nearest_curve import NearestCurve, nearest_curve, resampled
+from kerrcaustics.waves.wave_images import WaveImages, wave_images
+
+Array = np.ndarray
+
+# Stars on each side, from which others are interpolated, and stars between these that tell the error.
+_STARS = 7
+_BETWEEN = np.array([(0.31, -0.57), (-0.73, 0.12), (0.08, 0.83)])
+# Most rows and columns, and entries that are held at once.
+_MOST_PIXELS, _MOST_ENTRIES = 2000, 4_000_000
+
+
+@result(
+    "diffraction-pattern/1",
+    record="camera surface frequency max_index orders remarks theta phi",
+    points="real imaginary error",
+)
+class DiffractionPattern(Shown):
+    """The field at the viewer, for sources all over a part of the celestial sphere, at one frequency."""
+
+    camera: Viewer = quantity("", "", "who sees it", json="", column="")
+    surface: End = quantity("", "", "where the sources lie", json="", column="")
+    frequency: float = quantity("", "c^3/GM", "angular frequency at infinity, times the mass")
+    max_index: int = quantity("", "1", "highest Morse index that was asked for")
+    orders: tuple[int, ...] = quantity("", "1", "orders of the critical curves whose images take part")
+    theta: Array = quantity("row", "rad", "theta' of the sources")
+    phi: Array = quantity("column", "rad", "phi' of the sources")
+    real: Array = quantity("row column", "1", "real part of the field; of an Observer at infinity in GM/c^2")
+    imaginary: Array = quantity("row column", "1", "imaginary part")
+    error: Array = quantity("row column", "1", "estimated error of the field")
+    remarks: tuple[str, ...] = quantity("", "", "what is left out")
+
+    @property
+    def value(self) -> Array:
+        """The field (rows, columns), complex."""
+        return self.real + 1j * self.imaginary
+
+    def __repr__(self) -> str:
+        """Summary in one line: how many sources, and the frequency."""
+        rows, columns = self.real.shape
+        return f"<DiffractionPattern of {rows} x {columns} sources at the frequency {self.frequency:g}>"
+
+
+@usual_warnings
+@with_progress
+def diffraction_pattern(
+    viewer: Viewer,
+    region: ArrayLike,
+    frequency: float,
+    *,
+    max_index: int = 2,
+    pixels: int = 200,
+    progress: Progress | bool | None = None,
+) -> DiffractionPattern:
+    """The field of sources around a caustic, as `amplification` has it of one.
+
+    Parameters
+    ----------
+    viewer : Camera or Observer
+    region : ((theta', theta'), (phi', phi'))
+        The part of the celestial sphere, radians: at most about 0.3 to each side.
+    frequency : float
+        As for `amplification`, positive.
+    max_index : int
+        0 to 6.
+    pixels : int
+        Sources on each side, 2 to 2000.
+    progress : callable or bool, optional
+        As for `caustics`.
+
+    Returns
+    -------
+    DiffractionPattern
+
+    Raises
+    ------
+    ValueError
+        If an argument is invalid, or the ring of images at the caustic next to the middle of the region has no integral
+        all over it: caustics that are longer than a right angle have none in places.
+
+    Errors
+    ------
+    As for `amplification`, and what the interpolation misses sources between by.
+
+    References
+    ----------
+    Berry & Upstill 1980, Prog. Opt. 18, 257: diffraction catastrophes.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> camera = kc.Camera(spin=0.5, radius=16)
+    >>> pattern = kc.diffraction_pattern(camera, ((1.5, 1.6), (3.1, 3.2)), 10.0, max_index=1, pixels=8)
+    >>> pattern.value.shape
+    (8, 8)
+    """
+    check_viewer(viewer)
+    theta, phi = _checked_region(region)
+    omega = real_number("frequency", frequency)
+    if not LEAST_FREQUENCY <= omega < math.inf:
+        raise ValueError(f"Argument `frequency` must be at least {LEAST_FREQUENCY:g}, but is {quoted(frequency)}.")
+    highest = whole_number("max_index", max_index, 0, HIGHEST_INDEX)
+    count = whole_number("pixels", pixels, 2, _MOST_PIXELS)
+    nodes = chebyshev.chebpts1(_STARS)
+    grid = np.array([(_at(theta, x), _at(phi, y)) for x in nodes for y in nodes])
+    middle = _at(theta, 0.0), _at(phi, 0.0)
+    waves = wave_images(star_images(viewer, middle, min(highest + 1, HIGHEST_INDEX)))
+    sheets, sky = sheets_of(viewer, min(highest + 1, HIGHEST_INDEX)), search_sky(viewer)
+    nearest = _nearest_order(sheets, highest, from_angles(*middle))
+    rings, missing = _rings(sheets, sky, grid, nearest, highest)
+    places = [np.linspace(-1, 1, count)] * 2
+    shares = [np.ascontiguousarray(_interpolation(nodes, axis)) for axis in places]
+    field = np.zeros((count, count), complex)
+    error = np.zeros((count, count))
+    tests = np.array([np.outer(*(_interpolation(nodes, np.array([x]))[0] for x in pair)).ravel() for pair in _BETWEEN])
+    for order, curves in rings.items():
+        value = _field(curves, omega, np.einsum("ri,cj->rcij", *shares).reshape(count * count, -1))
+        field += value.reshape(count, count)
+        error += ring_error(order, omega, np.abs(value), waves.ring(order)).reshape(count, count)
+        between = [(_at(theta, x), _at(phi, y)) for x, y in _BETWEEN]
+        direct = [nearest_curve(sky, sheets.curves, order, from_angles(*star)) for star in between]
+        apart = _field(curves, omega, tests) - [curve.field(np.array([omega]))[0] for curve in direct]
+        error += float(np.abs(apart).max())
+    # Seen from infinity index 0 is the incident wave, which is not part of the field.
+    if nearest % 2 == 0 and (waves.index == 0).any():
+        alone = [_alone(viewer, (float(star[0]), float(star[1]))) for star in grid]
+        amplitude, time = (np.array(part).reshape(_STARS, _STARS) for part in zip(*alone, strict=True))
+        bright, late = (shares[0] @ part @ shares[1].T for part in (amplitude, time))
+        field += bright * np.exp(1j * omega * late)
+    lost = waves[np.isin(waves.index, [index for order in missing for index in (order - 1, order)])]
+    error += float(np.minimum(lost.amplitude, 1.0).sum()) + left_out(waves, max([0, *rings]))
+    remarks = [f"images beside the critical curve of order {order} are left out: no integral" for order in missing]
+    return DiffractionPattern(
+        camera=viewer,
+        surface=SKY,
+        frequency=omega,
+        max_index=highest,
+        orders=tuple(rings),
+        theta=np.linspace(*theta, count),
+        phi=np.linspace(*phi, count),
+        real=np.real(field),
+        imaginary=np.imag(field),
+        error=error,
+        remarks=tuple(remarks),
+    )
+
+
+def _checked_region(region: ArrayLike) -> tuple[tuple[float, float], tuple[float, float]]:
+    sides = numbers("region", region)
+    right = sides.shape == (2, 2) and np.isfinite(sides).all() and (sides[:, 0] < sides[:, 1]).all()
+    if not right or not (sides[0, 0] > 0 and sides[0, 1] < math.pi):
+        raise ValueError(
+            "Argument `region` must be ((theta', theta'), (phi', phi')), each with the smaller first and theta' "
+            f"between 0 and pi, but is {quoted(region)}."
+        )
+    (a, b), (c, d) = sides.tolist()
+    return (a, b), (c, d)
+
+
+def _at(side: tuple[float, float], x: float) -> float:
+    """The place at x, -1 to 1, of a side."""
+    return (side[0] + side[1]) / 2 + x * (side[1] - side[0]) / 2
+
+
+def _nearest_order(sheets: Sheets, highest: int, star: Float[Array, " 3"]) -> int:
+    """The order of the caustic that is nearest to a star."""
+    curves = sheets.curves.curves[: highest + 1]
+    return 1 + int(np.argmin([lengths(curve.points.direction - star).min() for curve in curves]))
+
+
+def _rings(
+    sheets: Sheets, sky: SearchSky, grid: Float[Array, "stars 2"], nearest: int, highest: int
+) -> tuple[dict[int, list[NearestCurve]], list[int]]:
+    """Nearest curves of all stars by order, of every second order, and those orders that have none."""
+    rings, missing = {}, []
+    stars = from_angles(*grid.T)
+    for order in in_steps("ring", list(range(2 - nearest % 2, highest + 2, 2))):
+        curves: list[NearestCurve] = []
+        if order <= len(sheets.curves.curves):
+            for star in stars:
+                curves.append(nearest_curve(sky, sheets.curves, order, star))
+                if not curves[-1].is_smooth:
+                    break
+        if len(curves) == len(stars) and curves[-1].is_smooth:
+            rings[order] = curves
+        elif order == nearest:
+            raise ValueError(
+                "Argument `region` must lie where images at its caustic form a ring, but those of order "
+                f"{order} do not: try a smaller one, or another place."
+            )
+        else:
+            missing.append(order)
+    return rings, missing
+
+
+def _interpolation(nodes: Float[Array, " nodes"], places: Float[Array, " places"]) -> Float[Array, "places nodes"]:
+    """The matrix from values at nodes to those at places."""
+    highest = len(nodes) - 1
+    return chebyshev.chebvander(places, highest) @ np.linalg.inv(chebyshev.chebvander(nodes, highest))
+
+
+def _field(curves: list[NearestCurve], omega: float, shares: Float[Array, "places stars"]) -> Float[Array, " places"]:
+    """The integrals of stars whose integrand is a weighted mean of those of others."""
+    count = max(max(len(curve.phase), curve.nodes(omega)) for curve in curves)
+    phase, amplitude = (
+        np.array([resampled(getattr(curve, name), count) for curve in curves]) for name in ("phase", "amplitude")
+    )
+    one, rows, values = curves[0], max(1, _MOST_ENTRIES // count), []
+    for first in range(0, len(shares), rows):
+        part = shares[first : first + rows]
+        values.append((part @ amplitude * np.exp(1j * omega * (part @ phase))).sum(axis=1))
+    return one.turned(omega) * np.concatenate(values) * (2 * math.pi / count)
+
+
+def _alone(viewer: Viewer, star: tuple[float, float]) -> tuple[float, float]:
+    """Amplitude and time of the image of index 0."""
+    waves: WaveImages = wave_images(star_images(viewer, star, 0))
+    return float(waves.amplitude[0]), float(waves.time[0])
