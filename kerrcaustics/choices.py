@@ -27,6 +27,9 @@ Quality = Literal["draft", "normal", "high"]
 """Qualities of pictures."""
 
 
+WaveMethod = Literal["auto", "images", "fold", "ring", "line"]
+"""What gives the waves of a source."""
+
 ShutterShape = Literal["box", "triangle", "cosine"]
 """Weights of the moments of an exposure."""
 

@@ -3,10 +3,11 @@
 import cmath
 import math
 import time
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 
+from kerrcaustics.choices import WaveMethod
 from kerrcaustics.cli.app import BadInput, app, stop, with_examples
 from kerrcaustics.cli.options import COMMON, Angles, CameraOptions, CommonOptions, FileName, MaxIndex
 from kerrcaustics.cli.outputs import check_ending, write_figure
@@ -32,7 +33,7 @@ def amplification(
     star: Angles,
     frequency: str,
     max_index: MaxIndex = 2,
-    method: Literal["auto", "images", "fold", "ring", "line"] = "auto",
+    method: WaveMethod = "auto",
     figure: FileName | None = None,
     save: FileName | None = None,
     common: CommonOptions = COMMON,

@@ -3,13 +3,14 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, get_args
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.ends import SKY, End, Wherever, end_of
+from kerrcaustics.choices import WaveMethod
 from kerrcaustics.images.images import StarImages, checked_place, star_images
 from kerrcaustics.images.sheets import HIGHEST_INDEX, sheets_of
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME
@@ -28,8 +29,7 @@ Array = np.ndarray
 LEAST_FREQUENCY = 0.05
 """Below it rays tell nothing of waves."""
 
-Method = Literal["auto", "images", "fold", "ring", "line"]
-METHODS = ("auto", "images", "fold", "ring", "line")
+METHODS = get_args(WaveMethod)
 
 # Decay of waves beyond a fold, by frequency and the 3/2 power of the distance: of the impact parameters of photon
 # orbits, about.
@@ -95,7 +95,7 @@ def amplification(
     *,
     max_index: int = 2,
     end: Wherever | End = math.inf,
-    method: Method = "auto",
+    method: WaveMethod = "auto",
     progress: Progress | bool | None = None,
 ) -> Amplification:
     """The amplification of the waves of one source: all images with their phases, finite on caustics.
@@ -134,7 +134,7 @@ def amplification(
 
     Errors
     ------
-    `Amplification.error`: that of asymptotics falls as 1 / frequency, by as much as partial waves told; that of pairs
+    `Amplification.error`: that of asymptotics falls as 1 / frequency, by as much as partial waves show; that of pairs
     that are summed, with the phase between them; and that of images of higher index is their amplitude.
 
     Notes
@@ -238,7 +238,7 @@ def _best_parts(
             curve = nearest_curve(sky, sheets.curves, order, star)
         if curve is not None and not curve.is_smooth:
             curve = None
-        groups.append(_RingImages(waves.ring(order), curve, order, caustic, star))
+        groups.append(_BesideCurve(waves.ring(order), curve, order, caustic, star))
     choices = []
     for first in (1, 2):
         parts = [] if first == 1 else [_alone(waves[waves.index == 0], omega)]
@@ -253,25 +253,37 @@ def _best_parts(
 def _alone(waves: WaveImages, omega: Float[Array, " frequencies"]) -> _GroupWaves:
     """Images that belong to no pair."""
     value = waves.field(omega)
-    error = _OF_IMAGES / omega * waves.amplitude.sum()
-    return _GroupWaves(value, error, ("images",) * len(omega), 0)
+    return _GroupWaves(value, _error_of_images(waves, omega), ("images",) * len(omega), 0)
+
+
+def _error_of_images(waves: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+    """The error of images that lie apart."""
+    return _OF_IMAGES / omega * float(waves.amplitude.sum())
 
 
 def _summed_error(ring: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
     """The error of neighbours on a ring as a sum."""
-    if len(ring) < 2:
-        return np.zeros(len(omega))
+    return _error_of_pairs(ring, _gaps(ring), omega, _ON_RING / 2 if len(ring) == 2 else _AT_FOLD)
+
+
+def _gaps(ring: WaveImages) -> Float[Array, " images"]:
+    """Times between each image and the next on the ring, infinite where these are no pair."""
     following = np.roll(np.arange(len(ring)), -1)
-    pair = ring.index != ring.index[following]
-    chi = np.abs(ring.time - ring.time[following])[pair][:, None] * omega / 2
-    amplitude = np.minimum(ring.amplitude, ring.amplitude[following])[pair]
-    share = _ON_RING / 2 if len(ring) == 2 else _AT_FOLD
+    return np.where(ring.index != ring.index[following], np.abs(ring.time - ring.time[following]), math.inf)
+
+
+def _error_of_pairs(
+    ring: WaveImages, gap: Float[Array, " images"], omega: Float[Array, " frequencies"], share: float
+) -> Float[Array, " frequencies"]:
+    """The error of pairs as sums, by the phase between both."""
+    amplitude = np.minimum(ring.amplitude, np.roll(ring.amplitude, -1))[np.isfinite(gap)]
+    chi = gap[np.isfinite(gap)][:, None] * omega / 2
     with np.errstate(divide="ignore"):
         return (amplitude[:, None] * share / chi * (1 + _NEXT_ORDER / chi)).sum(axis=0)
 
 
 @dataclass(frozen=True, eq=False)
-class _RingImages:
+class _BesideCurve:
     """The images beside a critical curve.
 
     ring: in the order of their position angles; curve: their nearest curve, if it is smooth; order: of the critical
@@ -305,7 +317,7 @@ class _RingImages:
     def _ways(self, omega: Float[Array, " frequencies"]) -> dict[str, tuple[Array, Array]]:
         """The waves and their errors, by each method that there is."""
         ring, ways = self.ring, {}
-        share = (_OF_PRIMARY if self.order == 1 else _OF_RING) / (omega + _LONG_WAVES)
+        share = _share(self.order, omega)
         apart = float(np.linalg.norm(ring.amplitude)) if len(ring) else math.inf
         if self.curve is not None:
             value = self.curve.field(omega)
@@ -319,7 +331,7 @@ class _RingImages:
             error = share * np.maximum(np.abs(value), np.minimum(size, apart))
             ways["ring"] = value * next_order(self.order, omega), error + self._beyond_caustic(omega)
         if len(ring):
-            error = _summed_error(ring, omega) + _OF_IMAGES / omega * float(ring.amplitude.sum())
+            error = _summed_error(ring, omega) + _error_of_images(ring, omega)
             ways["images"] = ring.field(omega), error + self._beyond_caustic(omega)
         if len(ring) > 2:
             value, error = _with_fold(ring, omega, share)
@@ -348,24 +360,18 @@ def _with_fold(
     ring: WaveImages, omega: Float[Array, " frequencies"], share: Float[Array, " frequencies"]
 ) -> tuple[Array, Array]:
     """The two neighbours that are closest in time as a pair beside a fold, and all others as images."""
-    following = np.roll(np.arange(len(ring)), -1)
-    gap = np.where(ring.index != ring.index[following], np.abs(ring.time - ring.time[following]), math.inf)
+    gap = _gaps(ring)
     first = int(gap.argmin())
-    pair = ring[np.array([first, following[first]])]
+    both = [first, (first + 1) % len(ring)]
+    pair, rest = ring[np.array(both)], ring[np.delete(np.arange(len(ring)), both)]
     pair = pair[np.argsort(pair.time)]
-    rest = ring[np.delete(np.arange(len(ring)), [first, following[first]])]
     with np.errstate(invalid="ignore"):
         value = fold_pair(omega, int(pair.index.min()), _two(pair.time), _two(pair.amplitude))
     # All other neighbours are summed.
     gap[first] = math.inf
-    torn = np.flatnonzero(np.isfinite(gap))
-    chi = gap[torn][:, None] * omega / 2
-    torn_error = np.zeros(len(omega))
-    if len(torn):
-        amplitude = np.minimum(ring.amplitude[torn], ring.amplitude[following[torn]])
-        torn_error = (amplitude[:, None] * _AT_FOLD / chi * (1 + _NEXT_ORDER / chi)).sum(axis=0)
+    torn = _error_of_pairs(ring, gap, omega, _AT_FOLD)
     own = share * np.maximum(np.abs(value), _airy_scale(pair, omega))
-    return value + rest.field(omega), own + torn_error + _OF_IMAGES / omega * rest.amplitude.sum()
+    return value + rest.field(omega), own + torn + _error_of_images(rest, omega)
 
 
 def _airy_scale(pair: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
@@ -374,10 +380,14 @@ def _airy_scale(pair: WaveImages, omega: Float[Array, " frequencies"]) -> Float[
     return float(np.linalg.norm(pair.amplitude)) * np.minimum(1.0, np.maximum(chi, 0) ** (1 / 6))
 
 
+def _share(order: int, omega: Any) -> Any:
+    """The error of a ring or a fold by its field."""
+    return (_OF_PRIMARY if order == 1 else _OF_RING) / (omega + _LONG_WAVES)
+
+
 def ring_error(order: int, omega: float, size: Float[Array, " places"], ring: WaveImages) -> Float[Array, " places"]:
     """The error of the integral of a ring whose field has the given moduli, beside images of one star."""
-    share = (_OF_PRIMARY if order == 1 else _OF_RING) / (omega + _LONG_WAVES)
-    return share * np.maximum(size, float(np.linalg.norm(np.minimum(ring.amplitude, size.max()))))
+    return _share(order, omega) * np.maximum(size, float(np.linalg.norm(np.minimum(ring.amplitude, size.max()))))
 
 
 def left_out(waves: WaveImages, last: int) -> float:

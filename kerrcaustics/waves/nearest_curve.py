@@ -122,7 +122,7 @@ def _first_depths(
     last = here + (here - first if inner is None else (inner - here) / 2)
     part = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
     depth = first[:, None] + part * (last - first)[:, None]
-    lines = _Lines(sky.search_camera, np.repeat(edge_phase, _SAMPLES))
+    lines = _LineFamily(sky.search_camera, np.repeat(edge_phase, _SAMPLES))
     rays = trace_rays(sky.search_camera, lines.sky(depth.ravel()), "auto", _OF_SAMPLES)
     away = np.nan_to_num(lengths(rays.direction - star), nan=math.inf).reshape(depth.shape)
     return depth[np.arange(count), away.argmin(axis=1)], first, last
@@ -144,14 +144,15 @@ def _with_lines(
     last: Float[Array, " lines"],
 ) -> NearestCurve:
     """The curve at so many lines, from depths beside it; first, last: their range."""
-    lines = _Lines(sky.search_camera, 2 * math.pi * np.arange(len(depth)) / len(depth))
+    lines = _LineFamily(sky.search_camera, 2 * math.pi * np.arange(len(depth)) / len(depth))
     depth, here, lost = _nearest(lines, star, depth)
     beams, along = here.beams, here.along
     n = beams.direction
-    impact = _impact_vectors(lines, depth, here, beams)
+    impact = _impact_vectors(lines, depth, here)
     ahead = np.cross(n, along) / lengths(along)[:, None]
     pushed = np.einsum("nx,nx->n", ahead, _rate(impact))
-    area = lengths(np.cross(here.turned, here.deeper)) * sky.still_lengths(here.sky) ** 2
+    turned = (lines.sky(depth, _DIFFERENCE) - lines.sky(depth, -_DIFFERENCE)) / (2 * _DIFFERENCE)
+    area = lengths(np.cross(turned, here.deeper)) * sky.still_lengths(here.sky) ** 2
     assert beams.redshift is not None
     with np.errstate(invalid="ignore"):
         amplitude = beams.redshift * np.sqrt(np.abs(pushed) * area / lengths(along)) / unlensed(sky.viewer)
@@ -168,10 +169,9 @@ def _with_lines(
 
 @dataclass(frozen=True, eq=False)
 class _Here:
-    """Places on lines: directions N; their derivatives by the line and by depth; beams; n' by depth."""
+    """Places on lines: directions N and their derivatives by depth; beams; n' by depth."""
 
     sky: Float[Array, "lines 3"]
-    turned: Float[Array, "lines 3"]
     deeper: Float[Array, "lines 3"]
     beams: Beams
     along: Float[Array, "lines 3"]
@@ -184,7 +184,7 @@ class _Here:
 
 
 @dataclass(frozen=True, eq=False)
-class _Lines:
+class _LineFamily:
     camera: Viewer
     edge_phase: Float[Array, " lines"]
 
@@ -196,7 +196,6 @@ class _Lines:
 
     def at(self, depth: Float[Array, " lines"]) -> _Here:
         sky, step = self.sky(depth), _DIFFERENCE
-        turned = (self.sky(depth, step) - self.sky(depth, -step)) / (2 * step)
         deeper = (self.sky(depth + step) - self.sky(depth - step)) / (2 * step)
         beams = trace_beams(
             self.camera, sky, "auto", TOLERANCE, time=True, index=False, crossings=False, constants=True
@@ -204,11 +203,11 @@ class _Lines:
         drift = np.einsum("nx,anx->na", deeper, np.array(tangent_basis(sky)))
         step_there = np.einsum("nij,nj->ni", beams.jacobian, drift)
         along = np.einsum("ni,inx->nx", step_there, np.array(polar_basis(beams.direction)))
-        return _Here(sky, turned, deeper, beams, along)
+        return _Here(sky, deeper, beams, along)
 
 
 def _nearest(
-    lines: _Lines, star: Float[Array, " 3"], depth: Float[Array, " lines"]
+    lines: _LineFamily, star: Float[Array, " 3"], depth: Float[Array, " lines"]
 ) -> tuple[Float[Array, " lines"], _Here, bool]:
     """Depths at which n' comes nearest to the star, by the secant method, and whether some are still to be found."""
     last = depth - _FIRST
@@ -228,9 +227,9 @@ def _nearest(
     return depth, here, bool(moving.any())
 
 
-def _impact_vectors(lines: _Lines, depth: Float[Array, " lines"], here: _Here, beams: Beams) -> Float[Array, "lines 3"]:
+def _impact_vectors(lines: _LineFamily, depth: Float[Array, " lines"], here: _Here) -> Float[Array, "lines 3"]:
     """Impact vectors of the rays' asymptotes, about the hole: dT = -B . dn' gives the sign of the polar part."""
-    n = beams.direction
+    beams, n = here.beams, here.beams.direction
     assert beams.impact is not None
     assert beams.carter is not None
     south, east = polar_basis(n)

@@ -4,6 +4,7 @@ The integrand of a ring of images is smooth in the place of the star: it is foun
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -11,6 +12,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.ends import SKY, End
+from kerrcaustics.extended_sources.arcs import values_at
 from kerrcaustics.images.images import star_images
 from kerrcaustics.images.sheets import HIGHEST_INDEX, Sheets, sheets_of
 from kerrcaustics.lens_map.search_sky import SearchSky, search_sky
@@ -28,8 +30,8 @@ Array = np.ndarray
 # Stars on each side, from which others are interpolated, and stars between these that tell the error.
 _STARS = 7
 _BETWEEN = np.array([(0.31, -0.57), (-0.73, 0.12), (0.08, 0.83)])
-# Most rows and columns, and entries that are held at once.
-_MOST_PIXELS, _MOST_ENTRIES = 2000, 4_000_000
+# Most rows and columns.
+_MOST_PIXELS = 2000
 
 
 @result(
@@ -130,24 +132,21 @@ def diffraction_pattern(
     sheets, sky = sheets_of(viewer, min(highest + 1, HIGHEST_INDEX)), search_sky(viewer)
     nearest = _nearest_order(sheets, highest, from_angles(*middle))
     rings, missing = _rings(sheets, sky, grid, nearest, highest)
-    places = [np.linspace(-1, 1, count)] * 2
-    shares = [np.ascontiguousarray(_interpolation(nodes, axis)) for axis in places]
-    field = np.zeros((count, count), complex)
-    error = np.zeros((count, count))
-    tests = np.array([np.outer(*(_interpolation(nodes, np.array([x]))[0] for x in pair)).ravel() for pair in _BETWEEN])
+    shares = values_at(nodes, np.linspace(-1, 1, count))
+    field, error = np.zeros((count, count), complex), np.zeros((count, count))
     for order, curves in rings.items():
-        value = _field(curves, omega, np.einsum("ri,cj->rcij", *shares).reshape(count * count, -1))
-        field += value.reshape(count, count)
-        error += ring_error(order, omega, np.abs(value), waves.ring(order)).reshape(count, count)
-        between = [(_at(theta, x), _at(phi, y)) for x, y in _BETWEEN]
-        direct = [nearest_curve(sky, sheets.curves, order, from_angles(*star)) for star in between]
-        apart = _field(curves, omega, tests) - [curve.field(np.array([omega]))[0] for curve in direct]
-        error += float(np.abs(apart).max())
+        value = _field(curves, omega, shares, shares)
+        field += value
+        error += ring_error(order, omega, np.abs(value), waves.ring(order))
+        between = np.diag(_field(curves, omega, *(values_at(nodes, axis) for axis in _BETWEEN.T)))
+        stars = from_angles(*(_at(side, axis) for side, axis in zip((theta, phi), _BETWEEN.T, strict=True)))
+        direct = [nearest_curve(sky, sheets.curves, order, star).field(np.array([omega]))[0] for star in stars]
+        error += float(np.abs(between - direct).max())
     # Seen from infinity index 0 is the incident wave, which is not part of the field.
     if nearest % 2 == 0 and (waves.index == 0).any():
         alone = [_alone(viewer, (float(star[0]), float(star[1]))) for star in grid]
         amplitude, time = (np.array(part).reshape(_STARS, _STARS) for part in zip(*alone, strict=True))
-        bright, late = (shares[0] @ part @ shares[1].T for part in (amplitude, time))
+        bright, late = (shares @ part @ shares.T for part in (amplitude, time))
         field += bright * np.exp(1j * omega * late)
     lost = waves[np.isin(waves.index, [index for order in missing for index in (order - 1, order)])]
     error += float(np.minimum(lost.amplitude, 1.0).sum()) + left_out(waves, max([0, *rings]))
@@ -179,8 +178,8 @@ def _checked_region(region: ArrayLike) -> tuple[tuple[float, float], tuple[float
     return (a, b), (c, d)
 
 
-def _at(side: tuple[float, float], x: float) -> float:
-    """The place at x, -1 to 1, of a side."""
+def _at(side: tuple[float, float], x: Any) -> Any:
+    """Places at x, -1 to 1, of a side."""
     return (side[0] + side[1]) / 2 + x * (side[1] - side[0]) / 2
 
 
@@ -215,23 +214,20 @@ def _rings(
     return rings, missing
 
 
-def _interpolation(nodes: Float[Array, " nodes"], places: Float[Array, " places"]) -> Float[Array, "places nodes"]:
-    """The matrix from values at nodes to those at places."""
-    highest = len(nodes) - 1
-    return chebyshev.chebvander(places, highest) @ np.linalg.inv(chebyshev.chebvander(nodes, highest))
-
-
-def _field(curves: list[NearestCurve], omega: float, shares: Float[Array, "places stars"]) -> Float[Array, " places"]:
-    """The integrals of stars whose integrand is a weighted mean of those of others."""
+def _field(
+    curves: list[NearestCurve], omega: float, rows: Float[Array, "rows stars"], columns: Float[Array, "columns stars"]
+) -> Float[Array, "rows columns"]:
+    """The integrals of stars whose integrand is a weighted mean of those of others; rows, columns: the weights."""
     count = max(max(len(curve.phase), curve.nodes(omega)) for curve in curves)
     phase, amplitude = (
-        np.array([resampled(getattr(curve, name), count) for curve in curves]) for name in ("phase", "amplitude")
+        np.array([resampled(getattr(curve, name), count) for curve in curves]).reshape(_STARS, _STARS, count)
+        for name in ("phase", "amplitude")
     )
-    one, rows, values = curves[0], max(1, _MOST_ENTRIES // count), []
-    for first in range(0, len(shares), rows):
-        part = shares[first : first + rows]
-        values.append((part @ amplitude * np.exp(1j * omega * (part @ phase))).sum(axis=1))
-    return one.turned(omega) * np.concatenate(values) * (2 * math.pi / count)
+    values = []
+    for row in rows:
+        bright, late = (columns @ np.tensordot(row, part, 1) for part in (amplitude, phase))
+        values.append((bright * np.exp(1j * omega * late)).sum(axis=1))
+    return curves[0].turned(omega) * np.array(values) * (2 * math.pi / count)
 
 
 def _alone(viewer: Viewer, star: tuple[float, float]) -> tuple[float, float]:

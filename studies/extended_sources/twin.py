@@ -22,8 +22,8 @@ _SUB = (np.arange(16) + 0.5) / 16
 _DEEPEST = 16.0
 # Of a cell, in parts of its sides, and its middle.
 _CORNERS = ((0, 0), (1, 0), (0, 1), (1, 1), (0.5, 0.5))
-# Cells that are halved once more, at most.
-_MOST_CELLS = 16000
+# Halvings, from cells of some degrees, and cells that are halved once more, at most.
+_LEVELS, _MOST_CELLS = 60, 16000
 # Ends of a cell (radians, or by their distance from the hole) that stand for all of it, where they lie within that.
 _NARROW = 0.5
 
@@ -35,23 +35,22 @@ def summed(
     max_index: int,
     *,
     surface: End = SKY,
-    levels: int = 60,
 ) -> tuple[float, float]:
     """The area of the images by that of the disc, and its difference from the sum over cells of twice the sides.
 
-    centre, size: a vector of the surface, and an angle or in the plane a length; levels: of halving, from cells of some
-    degrees. Sources within the viewer's radius are seen inside the shadow edge too, and by two arrivals.
+    centre, size: a vector of the surface, and an angle or in the plane a length. Sources within the viewer's radius are
+    seen inside the shadow edge too, and by two arrivals.
     """
     near = domain_of(surface, search_sky(viewer).search_camera)
     sides = ("beyond",) if type(near) is OneLeaf else ("beyond", "inside")
     area = math.pi * size**2 if len(centre) == 2 else 4 * math.pi * math.sin(size / 2) ** 2
     ends = surface.arrivals() if isinstance(near, TwoLeaves) else (surface,)
-    sums = [_summed(viewer, centre, size, max_index, end, levels, side) for end in ends for side in sides]
+    sums = [_summed(viewer, centre, size, max_index, end, side) for end in ends for side in sides]
     return sum(fine for fine, _ in sums) / area, sum(abs(fine - coarse) for fine, coarse in sums) / area
 
 
 def _summed(
-    viewer: kc.Camera | kc.Observer, centre: Array, radius: float, max_index: int, surface: End, levels: int, side: str
+    viewer: kc.Camera | kc.Observer, centre: Array, radius: float, max_index: int, surface: End, side: str
 ) -> tuple[float, float]:
     """The area on one side of the shadow edge, by one arrival, and that before the last two halvings."""
     sky = search_sky(viewer)
@@ -85,7 +84,7 @@ def _summed(
         area = lengths(np.cross(along, down)) * sky.lengths(place(*flat)) ** 2
         return area.reshape(np.shape(phi))
 
-    for level in range(levels + 1):
+    for level in range(_LEVELS + 1):
         x = np.stack([phi + a * size for a, _ in _CORNERS], axis=1)
         y = np.stack([np.maximum(depth + b * beyond, 1e-9) for _, b in _CORNERS], axis=1)
         beams = kc.trace_beams(
@@ -118,7 +117,7 @@ def _summed(
         whole = ~split & (away[:, 4] < 0) & (counted[:, 4] > 0)
         total += _area(density, phi[whole], depth[whole], size[whole], beyond[whole])
         partial = _partial(density, phi[split], depth[split], size[split], beyond[split], away[split], counted[split])
-        if level == levels or not split.any() or (level > 8 and split.sum() > _MOST_CELLS):
+        if level == _LEVELS or not split.any() or (level > 8 and split.sum() > _MOST_CELLS):
             total += partial
             # Discs slip through cells that are larger.
             resolved = not (split.any() and np.median(spread[split]) > _NARROW * radius)
