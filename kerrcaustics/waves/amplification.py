@@ -152,7 +152,7 @@ def amplification(
     >>> camera = kc.Camera(spin=0.9, radius=10)
     >>> seen = kc.amplification(camera, (1.4, 2.9), [1.0, 10.0], max_index=1)
     >>> seen.method.tolist()
-    ['images', 'images']
+    ['line', 'line']
     """
     check_viewer(viewer)
     surface = end_of(viewer, end)
@@ -253,15 +253,15 @@ def _best_parts(
 def _alone(waves: WaveImages, omega: Float[Array, " frequencies"]) -> _GroupWaves:
     """Images that belong to no pair."""
     value = waves.field(omega)
-    return _GroupWaves(value, _error_of_images(waves, omega), ("images",) * len(omega), 0)
+    return _GroupWaves(value, error_of_images(waves, omega), ("images",) * len(omega), 0)
 
 
-def _error_of_images(waves: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+def error_of_images(waves: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
     """The error of images that lie apart."""
     return _OF_IMAGES / omega * float(waves.amplitude.sum())
 
 
-def _summed_error(ring: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+def summed_error(ring: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
     """The error of neighbours on a ring as a sum."""
     return _error_of_pairs(ring, _gaps(ring), omega, _ON_RING / 2 if len(ring) == 2 else _AT_FOLD)
 
@@ -312,7 +312,7 @@ class _BesideCurve:
 
     def torn(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
         """What is lost where its images belong to two other groups."""
-        return _summed_error(self.ring, omega) + self._beyond_caustic(omega)
+        return summed_error(self.ring, omega) + self._beyond_caustic(omega)
 
     def _ways(self, omega: Float[Array, " frequencies"]) -> dict[str, tuple[Array, Array]]:
         """The waves and their errors, by each method that there is."""
@@ -331,7 +331,7 @@ class _BesideCurve:
             error = share * np.maximum(np.abs(value), np.minimum(size, apart))
             ways["ring"] = value * next_order(self.order, omega), error + self._beyond_caustic(omega)
         if len(ring):
-            error = _summed_error(ring, omega) + _error_of_images(ring, omega)
+            error = summed_error(ring, omega) + error_of_images(ring, omega)
             ways["images"] = ring.field(omega), error + self._beyond_caustic(omega)
         if len(ring) > 2:
             value, error = _with_fold(ring, omega, share)
@@ -371,7 +371,7 @@ def _with_fold(
     gap[first] = math.inf
     torn = _error_of_pairs(ring, gap, omega, _AT_FOLD)
     own = share * np.maximum(np.abs(value), _airy_scale(pair, omega))
-    return value + rest.field(omega), own + torn + _error_of_images(rest, omega)
+    return value + rest.field(omega), own + torn + error_of_images(rest, omega)
 
 
 def _airy_scale(pair: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:

@@ -21,7 +21,7 @@ from kerrcaustics.results.progress import Progress, in_steps, with_progress
 from kerrcaustics.spacetime.checks import numbers, quoted, real_number, whole_number
 from kerrcaustics.spacetime.sphere import from_angles, lengths
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
-from kerrcaustics.waves.amplification import LEAST_FREQUENCY, left_out, ring_error
+from kerrcaustics.waves.amplification import LEAST_FREQUENCY, error_of_images, left_out, ring_error, summed_error
 from kerrcaustics.waves.nearest_curve import NearestCurve, nearest_curve, resampled
 from kerrcaustics.waves.wave_images import WaveImages, wave_images
 
@@ -123,6 +123,7 @@ def diffraction_pattern(
     omega = real_number("frequency", frequency)
     if not LEAST_FREQUENCY <= omega < math.inf:
         raise ValueError(f"Argument `frequency` must be at least {LEAST_FREQUENCY:g}, but is {quoted(frequency)}.")
+    at_once = np.array([omega])
     highest = whole_number("max_index", max_index, 0, HIGHEST_INDEX)
     count = whole_number("pixels", pixels, 2, _MOST_PIXELS)
     nodes = chebyshev.chebpts1(_STARS)
@@ -140,7 +141,7 @@ def diffraction_pattern(
         error += ring_error(order, omega, np.abs(value), waves.ring(order))
         between = np.diag(_field(curves, omega, *(values_at(nodes, axis) for axis in _BETWEEN.T)))
         stars = from_angles(*(_at(side, axis) for side, axis in zip((theta, phi), _BETWEEN.T, strict=True)))
-        direct = [nearest_curve(sky, sheets.curves, order, star).field(np.array([omega]))[0] for star in stars]
+        direct = [nearest_curve(sky, sheets.curves, order, star).field(at_once)[0] for star in stars]
         error += float(np.abs(between - direct).max())
     # Seen from infinity index 0 is the incident wave, which is not part of the field.
     if nearest % 2 == 0 and (waves.index == 0).any():
@@ -148,6 +149,10 @@ def diffraction_pattern(
         amplitude, time = (np.array(part).reshape(_STARS, _STARS) for part in zip(*alone, strict=True))
         bright, late = (shares @ part @ shares.T for part in (amplitude, time))
         field += bright * np.exp(1j * omega * late)
+        error += error_of_images(waves[waves.index == 0], at_once)
+    # Neighbours that belong to two rings are summed.
+    for order in range(1 + nearest % 2, highest + 2, 2):
+        error += summed_error(waves.ring(order), at_once)
     lost = waves[np.isin(waves.index, [index for order in missing for index in (order - 1, order)])]
     error += float(np.minimum(lost.amplitude, 1.0).sum()) + left_out(waves, max([0, *rings]))
     remarks = [f"images beside the critical curve of order {order} are left out: no integral" for order in missing]
