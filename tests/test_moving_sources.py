@@ -6,7 +6,9 @@ import math
 
 import numpy as np
 import pytest
+from beam_equations import Event
 from command_line import run
+from moving_ball import ball_light
 
 import kerrcaustics as kc
 from kerrcaustics.orbits.orbit import clock_rates, orbit_of
@@ -233,6 +235,92 @@ def test_a_ball_crosses_a_caustic_as_a_disc_crosses_a_fold():
     far = time > event.time + 0.39
     point = kc.light_curve(CAMERA, INCLINED, time[far], searches=8)
     assert ball.flux[far] == pytest.approx(point.flux, rel=2e-3)
+
+
+NEAR = kc.Camera(spin=0.7, radius=14.0, inclination=1.3, velocity=(0.1, -0.2, 0.3))
+SIX = {
+    "circular": (CAMERA, 8.0, 300.0),
+    "retrograde, moving camera": (NEAR, lambda t: (10.0, math.pi / 2, 0.5 - 0.03 * t), 40.0),
+    "inclined": (CAMERA, INCLINED, 150.0),
+    "eccentric": (CAMERA, kc.Orbit.kepler(25.0, 0.6, 0.8, 0.2, 0.4), 200.0),
+    "plunging": (NEAR, kc.Orbit.geodesic(6.0, 1.4, 2.0, (-0.4, 0.05, 0.2)), 20.0),
+    "at rest": (NEAR, lambda t: (5.0, 0.6, 2.5), 0.0),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SIX)
+def test_light_of_balls_is_that_of_rays_that_meet_them(name):
+    camera, orbit, time = SIX[name]
+    size = 0.01
+    light = kc.light_curve(camera, orbit, [time], source="ball", size=size, max_index=1, searches=4)
+    places = orbit if callable(orbit) else _places(orbit_of("orbit", orbit).about(camera.spin, (time - 150.0, time)))
+    assert light.certified
+    for i in np.flatnonzero(np.isfinite(light.emission_time[:, 0])):
+        share, image = light.shares[i, 0], (light.sky[i, 0], light.emission_time[i, 0])
+        traced = ball_light(_event(camera), places, size, time, image) / (4 * math.pi)
+        assert abs(traced - share) < light.error[0] + 2e-4 * share
+
+
+@pytest.mark.slow
+def test_light_of_a_ball_on_a_caustic_is_that_of_rays_that_meet_it():
+    first = kc.light_curve(CAMERA, INCLINED, [184.0, 185.0], searches=8)
+    event = next(event for event in first.events if event.kind == "creation" and event.order == 2)
+    time, size = event.time + np.array([-0.2, 0.007, 0.1]), 0.01
+    light = kc.light_curve(CAMERA, INCLINED, time, source="ball", size=size, searches=8)
+    places = _places(INCLINED.about(0.9, (-100.0, 300.0)))
+    there = np.isfinite(light.emission_time)
+    pair = np.flatnonzero(there[:, 1] & ~there[:, 0])
+    assert len(pair) == 2
+
+    def traced(i, k):
+        image = light.sky[i, k], light.emission_time[i, k]
+        return ball_light(_event(CAMERA), places, size, float(time[k]), image) / (4 * math.pi)
+
+    # Merged, each leads to all of their light; later each has its own.
+    shares = light.shares[pair]
+    assert traced(pair[0], 1) == pytest.approx(shares[:, 1].sum(), rel=2e-4)
+    assert [traced(i, 2) for i in pair] == pytest.approx(shares[:, 2], rel=2e-4)
+
+
+@pytest.mark.slow
+def test_all_directions_together_receive_what_was_emitted():
+    """The energy of light that escapes, with no images: isotropic in the frame of the source."""
+    spin, radius = 0.9, 10.0
+    emitter = kc.Camera(spin, radius, velocity="circular")
+    count = np.arange(200_000) + 0.5
+    height, turn = 1 - 2 * count / len(count), count * math.pi * (1 + math.sqrt(5))
+    away = np.sqrt(1 - height**2)
+    rays = kc.trace_rays(emitter, np.stack([away * np.cos(turn), away * np.sin(turn), height], axis=-1), redshift=True)
+    emitted = np.where(rays.escaped, 1 / rays.redshift, 0.0).mean() / emitter.clock_rate
+
+    # Over inclinations and one period; times are close to each other where the source is behind the hole.
+    period = 2 * math.pi * (radius**1.5 + spin)
+    nodes, weights = np.polynomial.legendre.leggauss(6)
+    part = (np.arange(40) + 0.5) / 40
+    received = 0.0
+    for node, weight in zip((1 + nodes) / 2, weights / 2, strict=True):
+        observer = kc.Observer(spin=spin, inclination=math.acos(node**2))
+        coarse = kc.light_curve(observer, radius, np.linspace(0, period, 33), source="point")
+        time = coarse.time[np.nanargmax(coarse.flux)] + period * (part - np.sin(2 * math.pi * part) / (2 * math.pi))
+        order = np.argsort(time)
+        light = kc.light_curve(observer, radius, time[order], source="point")
+        mean = np.mean(light.flux * (1 - np.cos(2 * math.pi * part[order])))
+        received += 4 * math.pi * weight * 2 * node * mean
+    # The mean over times and inclinations next to caustics is good to 1e-3.
+    assert received == pytest.approx(emitted, rel=2e-3)
+
+
+def _event(camera):
+    return Event(camera.spin, camera.radius, camera.inclination, camera.fido_velocity())
+
+
+def _places(motion):
+    def at(time):
+        place = motion.at(time)
+        return (place.radius, *place.angles.T)
+
+    return at
 
 
 @pytest.mark.parametrize("size", [0.0, -1.0, math.nan, 2.0])

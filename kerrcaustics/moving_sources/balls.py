@@ -153,13 +153,13 @@ class Ball:
         """The rays of sights as they are."""
         rays = self._beside(sights)
         form = _form(rays)
-        one = sights.axes[:, 0] / np.sqrt(_product(sights.axes[:, 0], form, sights.axes[:, 0]))[:, None]
-        other = sights.axes[:, 1] - _product(sights.axes[:, 1], form, one)[:, None] * one
-        other = other / np.sqrt(_product(other, form, other))[:, None]
-        across = np.stack([one, other], axis=1) @ form
         size, ratio = size_and_ratio(rays)
         r = rays.places.radius
         with np.errstate(invalid="ignore", divide="ignore"):
+            one = sights.axes[:, 0] / np.sqrt(_product(sights.axes[:, 0], form, sights.axes[:, 0]))[:, None]
+            other = sights.axes[:, 1] - _product(sights.axes[:, 1], form, one)[:, None] * one
+            other = other / np.sqrt(_product(other, form, other))[:, None]
+            across = np.stack([one, other], axis=1) @ form
             return Passes(
                 sky=rays.sky,
                 time=rays.time,
