@@ -105,7 +105,7 @@ COMPILE = $(UV) pip compile pyproject.toml --quiet --no-config \
 lock: ## Bring the two lock files in line with pyproject.toml (needs uv)
 	@command -v "$(UV)" >/dev/null || { echo "No $(UV) here: install uv, or name it with make lock UV=..." >&2; exit 1; }
 	@echo "Resolving requirements.lock"
-	@$(COMPILE) --generate-hashes --extra docs --extra lint --output-file requirements.lock
+	@$(COMPILE) --generate-hashes --extra inference --extra docs --extra lint --output-file requirements.lock
 	@echo "Resolving requirements-oldest.lock"
 	@$(COMPILE) --resolution lowest-direct --output-file requirements-oldest.lock
 
