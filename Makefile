@@ -98,14 +98,14 @@ docs-quick: $(READY) ## The same without running figures and lessons, into docs/
 
 COMPILE = $(UV) pip compile pyproject.toml --quiet --no-config \
 	--universal --python-version 3.11 --fork-strategy fewest \
-	--extra space --extra films --extra catalogues --extra exr --extra astro --extra explore --extra notebook --extra sweep \
+	--extra space --extra films --extra catalogues --extra exr --extra astro --extra explore --extra notebook --extra sweep --extra inference \
 	--extra test --group build --custom-compile-command "make lock"
 
 # Versions in the file are kept where they still fit; remove it first for newer ones.
 lock: ## Bring the two lock files in line with pyproject.toml (needs uv)
 	@command -v "$(UV)" >/dev/null || { echo "No $(UV) here: install uv, or name it with make lock UV=..." >&2; exit 1; }
 	@echo "Resolving requirements.lock"
-	@$(COMPILE) --generate-hashes --extra inference --extra docs --extra lint --output-file requirements.lock
+	@$(COMPILE) --generate-hashes --extra docs --extra lint --output-file requirements.lock
 	@echo "Resolving requirements-oldest.lock"
 	@$(COMPILE) --resolution lowest-direct --output-file requirements-oldest.lock
 

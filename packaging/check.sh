@@ -9,7 +9,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 root=$PWD
 only=${1:-}
-extras=(space catalogues exr astro films explore notebook sweep)
+extras=(space catalogues exr astro films explore notebook sweep inference)
 
 place=$(mktemp -d)
 trap 'rm -rf "$place"' EXIT

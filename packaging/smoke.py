@@ -81,6 +81,7 @@ EXTRAS = {
     "explore": lambda: import_module("kerrcaustics.explorer.server"),
     "notebook": lambda: import_module("anywidget"),
     "sweep": sweep,
+    "inference": lambda: import_module("numpyro"),
 }
 
 

@@ -81,6 +81,7 @@ SETTINGS = {
         "longest": math.inf,
         "patience": math.inf,
     },
+    "waves": {"cases": 6},
 }
 
 
@@ -125,6 +126,13 @@ def check_extended_sources(entry):
         assert abs(disc["total"] - disc["twin"]) <= disc["error"] + 4 * disc["twin_error"] + 5e-4 * disc["twin"]
 
 
+def check_waves(entry):
+    assert set(entry["fields"]) == {"partial waves, no spin", "each other, with spin"}
+    assert not entry["wrong"]
+    off = [one["off"] / one["allowed"] for one in entry["fields"]["partial waves, no spin"] if one["method"] == "auto"]
+    assert len(off) == 50 and 0.1 < max(off) < 1
+
+
 def check_fit(entry):
     # Of 60 draws of two parameters: a mean of 2, known to 0.26.
     assert abs(entry["mean_square"] - 2) < 1
@@ -165,6 +173,7 @@ CHECKS = {
     "near_sources": check_near_sources,
     "orders": check_orders,
     "stability": check_stability,
+    "waves": check_waves,
 }
 
 
@@ -276,7 +285,7 @@ def test_command_runs_a_study_and_names_its_files(tmp_path, capsys, monkeypatch)
 def test_unknown_study_is_one_line_and_status_2(assert_refused):
     names = (
         "accuracy, adversary, astroids, cost, disk_checks, extended_sources, far_camera, fit, inclination, "
-        "near_sources, open_questions, orders, spin_radius, stability"
+        "near_sources, open_questions, orders, spin_radius, stability, waves"
     )
     assert_refused(["study", "alchemy"], f"must be one of {names}, but is alchemy")
 

@@ -1,6 +1,7 @@
 """Waves of one source: against partial waves, the point mass, the glory, and themselves."""
 
 import cmath
+import csv
 import json
 import math
 
@@ -155,6 +156,23 @@ def test_command_says_what_the_function_returns(capsys, tmp_path):
     file = tmp_path / "waves.npz"
     kc.save(file, seen)
     assert kc.load(file) == seen and "certified" not in repr(seen)
+
+
+def test_tables_hold_the_field_and_the_images(capsys, tmp_path):
+    fits = pytest.importorskip("astropy.io.fits")
+    seen = kc.amplification(CAMERA, (1.4, 2.9), [1.0, 10.0], max_index=1)
+    seen.to_csv(tmp_path / "waves.csv")
+    seen.to_fits(tmp_path / "waves.fits")
+    rows = list(csv.DictReader((tmp_path / "waves.csv").open()))
+    assert [float(row["imaginary"]) for row in rows] == seen.imaginary.tolist()
+    with fits.open(tmp_path / "waves.fits") as units:
+        assert [unit.name for unit in units[1:]] == ["WAVES", "IMAGES"] and units["WAVES"].header["CERTIF"]
+        assert units["WAVES"].data["method"].tolist() == seen.method.tolist()
+        np.testing.assert_array_equal(units["IMAGES"].data["image_amplitude"], seen.image_amplitude)
+    file = tmp_path / "told.csv"
+    options = ["--spin", 0, "--radius", 10, "--velocity", "fiducial", "--star", 80, 166]
+    status, out, _ = run(capsys, "amplification", *options, "--frequency", "1:10:3", "--max-index", 1, "--table", file)
+    assert status == 0 and str(file) in out and len(file.read_text().splitlines()) == 4
 
 
 def test_patterns_are_those_of_single_stars():

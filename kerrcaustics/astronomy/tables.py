@@ -1,4 +1,4 @@
-"""Results over time as tables: one row for each time, in CSV and FITS files that other programs read."""
+"""Results over time or frequency as tables: a row for each, in CSV and FITS files that other programs read."""
 
 import csv
 import io
@@ -16,22 +16,28 @@ from kerrcaustics.results.storage import as_json
 from kerrcaustics.results.units import as_in
 
 Array = np.ndarray
+Columns = dict[str, tuple[str, Array]]
+"""Text and values (rows,) of each column, by name."""
 
 # Names of the parts of a place on the sky, by their number.
 _AXES = {2: ("alpha", "beta"), 3: ("x", "y", "z")}
 
 
-class TimeTable(Shown):
-    """A result with quantities over time, which is written as a table.
+class Table(Shown):
+    """A result with quantities in rows, which is written as a table.
 
     A column is named as the quantity, with the number of the image or crossing from 1, and the axis, where it has them:
     `share_2`, `centroid_x`. Angles are in radians; values that are not known are NaN.
     """
 
+    def _tables(self) -> dict[str, Columns]:
+        """Columns by name of table, the main one first."""
+        raise NotImplementedError
+
     def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write all quantities over time as CSV: a line of names, then a line for each time, with all digits."""
+        """Write the quantities of each row as CSV: a line of names, then a line for each row, with all digits."""
         check_name(path)
-        columns = _columns(self)
+        columns = next(iter(self._tables().values()))
         text = io.StringIO()
         table = csv.writer(text, lineterminator="\n")
         table.writerow(columns)
@@ -40,36 +46,51 @@ class TimeTable(Shown):
             file.write(text.getvalue().encode())
 
     def to_fits(self, path: str | os.PathLike[str]) -> None:
-        """Write tables LIGHT, of all quantities over time, and EVENTS, a row for each. Needs the package astropy.
+        """Write two tables: LIGHT or WAVES, a row for each time or frequency, and EVENTS or IMAGES. Needs astropy.
 
         Comments on the columns (TCOMM) have their units and texts; the card VIEWER is the viewer as JSON.
         """
         fits = needed("astro", "astropy.io.fits")
-        light = _table(fits, "LIGHT", _columns(self))
-        viewer: Any = self
-        light.header["VIEWER"] = as_json(viewer.camera)
-        light.header["CERTIF"] = viewer.certified
-        write_units(path, [fits.PrimaryHDU(), light, _table(fits, "EVENTS", _event_columns(viewer.events))])
+        tables = [_table(fits, name, columns) for name, columns in self._tables().items()]
+        result: Any = self
+        tables[0].header["VIEWER"] = as_json(result.camera)
+        tables[0].header["CERTIF"] = result.certified
+        write_units(path, [fits.PrimaryHDU(), *tables])
 
 
-def _columns(result: Any) -> dict[str, tuple[str, Array]]:
-    """Text and values (time,) of each column: those of images alone are the same at all times."""
-    columns, count = {}, len(result.time)
+class TimeTable(Table):
+    """A result over time, with events."""
+
+    def _tables(self) -> dict[str, Columns]:
+        result: Any = self
+        return {"LIGHT": _columns(self, "time", len(result.time)), "EVENTS": _event_columns(result.events)}
+
+
+class FrequencyTable(Table):
+    """A result over frequencies, with the images that make it."""
+
+    def _tables(self) -> dict[str, Columns]:
+        return {"WAVES": _columns(self, "wave"), "IMAGES": _columns(self, "image")}
+
+
+def _columns(result: Any, rows: str, count: int | None = None) -> Columns:
+    """Text and values (rows,) of each column; with a count those of images alone too, the same in all rows."""
+    columns: Columns = {}
     for name, about in quantities(type(result)).items():
         values = np.asarray(getattr(result, name))
-        if "time" in about.dims:
-            values = np.moveaxis(values, about.dims.index("time"), 0)
-        elif about.dims == ("image",):
+        if rows in about.dims:
+            values = np.moveaxis(values, about.dims.index(rows), 0)
+        elif count is not None and about.dims == ("image",):
             values = np.broadcast_to(values, (count, *values.shape))
         else:
             continue
-        columns |= _flat(name, tuple(dim for dim in about.dims if dim != "time"), _text(result, about), values)
+        columns |= _flat(name, tuple(dim for dim in about.dims if dim != rows), _text(result, about), values)
     return columns
 
 
-def _event_columns(events: Any) -> dict[str, tuple[str, Array]]:
+def _event_columns(events: Any) -> Columns:
     """Text and values (event,) of all numbers and words of events; empty without events."""
-    columns: dict[str, tuple[str, Array]] = {}
+    columns: Columns = {}
     for name, about in quantities(type(events[0])).items() if events else ():
         values = np.array([getattr(event, name) for event in events])
         if values.dtype.kind != "O":
@@ -77,7 +98,7 @@ def _event_columns(events: Any) -> dict[str, tuple[str, Array]]:
     return columns
 
 
-def _flat(name: str, dims: tuple[str, ...], text: str, values: Array) -> dict[str, tuple[str, Array]]:
+def _flat(name: str, dims: tuple[str, ...], text: str, values: Array) -> Columns:
     """The columns of values (rows, dims): the axes of a place are named, images and crossings are counted."""
     sizes = list(zip(dims, values.shape[1:], strict=True))
     labels = [_AXES[size] if dim == "axis" else [str(i + 1) for i in range(size)] for dim, size in sizes]
@@ -95,7 +116,7 @@ def _text(result: Any, about: Quantity) -> str:
     return f"{about.text} [{unit}]" if unit not in ("", "1") else about.text
 
 
-def _table(fits: Any, name: str, columns: dict[str, tuple[str, Array]]) -> Any:
+def _table(fits: Any, name: str, columns: Columns) -> Any:
     """A FITS table, with the texts of its columns as comments."""
     kinds = {"f": "D", "i": "K", "b": "L"}
     cells = [

@@ -10,7 +10,7 @@ from rich.console import Console
 from kerrcaustics.choices import WaveMethod
 from kerrcaustics.cli.app import BadInput, app, stop, with_examples
 from kerrcaustics.cli.options import COMMON, Angles, CameraOptions, CommonOptions, FileName, MaxIndex
-from kerrcaustics.cli.outputs import check_ending, write_figure
+from kerrcaustics.cli.outputs import check_ending, check_table, write_figure
 from kerrcaustics.cli.tables import PlainTable
 from kerrcaustics.cli.terminal import place_in_words, place_of, plain_errors, progress, say, say_all, verdict
 
@@ -24,7 +24,7 @@ _COUNT, _MOST_COUNT, _SHOWN = 200, 100_000, 12
 @app.command(
     **with_examples(
         "amplification --spin 0.9 --radius 10 --star 80 166 --frequency 1:100 --figure waves.png",
-        "amplification --spin 0 --radius 10 --star 90 180 --frequency 2",
+        "amplification --spin 0 --radius 10 --star 90 180 --frequency 2 --table waves.csv",
     )
 )
 def amplification(
@@ -35,6 +35,7 @@ def amplification(
     max_index: MaxIndex = 2,
     method: WaveMethod = "auto",
     figure: FileName | None = None,
+    table: FileName | None = None,
     save: FileName | None = None,
     common: CommonOptions = COMMON,
 ) -> None:
@@ -50,11 +51,14 @@ def amplification(
         auto, images, fold, ring or line.
     figure
         Draw the modulus of the field against frequency into this file: .png, .pdf or .svg.
+    table
+        Write the field at each frequency into this file: .csv, or .fits (needs astropy), which has the images too.
     save
         Save everything into this file, to be loaded with kerrcaustics.load.
     """
-    common.check({"--figure": figure, "--save": save})
+    common.check({"--figure": figure, "--table": table, "--save": save})
     check_ending(figure)
+    check_table(table)
     omega = _frequencies(frequency)
     seen_from = camera.viewer()
     began = time.perf_counter()
@@ -68,6 +72,8 @@ def amplification(
         seconds = time.perf_counter() - began
         if save is not None:
             storage.save(save, seen)
+        if table is not None:
+            (seen.to_csv if table.suffix == ".csv" else seen.to_fits)(table)
         if figure is not None:
             report("drawing", 1.0)
             from kerrcaustics.draw.waves import amplification_figure
@@ -75,7 +81,7 @@ def amplification(
             write_figure(amplification_figure(seen), figure)
     common.write_result(record(seen), seconds)
     _print(seen, common.console())
-    common.say_files(figure=figure, saved=save)
+    common.say_files(figure=figure, table=table, saved=save)
     if not seen.certified:
         stop(1, "The images are not certified: see the remarks.")
 

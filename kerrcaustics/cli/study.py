@@ -39,7 +39,7 @@ def study(name: str, /, *, output: FileName | None = None, common: CommonOptions
     ----------
     name
         Name of the study: accuracy, adversary, astroids, cost, disk_checks, extended_sources, far_camera, fit,
-        inclination, near_sources, open_questions, orders, spin_radius or stability.
+        inclination, near_sources, open_questions, orders, spin_radius, stability or waves.
     output
         Folder for the files, by default study-NAME; it is made when missing.
     """

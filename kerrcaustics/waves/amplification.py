@@ -9,13 +9,14 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from kerrcaustics.astronomy.tables import FrequencyTable
 from kerrcaustics.beams.ends import SKY, End, Wherever, end_of
 from kerrcaustics.choices import WaveMethod
 from kerrcaustics.images.images import StarImages, checked_place, star_images
 from kerrcaustics.images.sheets import HIGHEST_INDEX, sheets_of
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME
 from kerrcaustics.lens_map.search_sky import search_sky
-from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
+from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, whole_number
 from kerrcaustics.spacetime.sphere import from_angles, lengths
@@ -40,7 +41,7 @@ _SMALL = 3.0
 # other rings and folds; a frequency that is added to it, as asymptotics of long waves fail by less than that.
 _OF_IMAGES, _OF_PRIMARY, _OF_RING, _LONG_WAVES = 0.01, 0.042, 0.06, 0.1
 # Errors of two images as a sum, by the phase between them: at a fold and on a ring, and the next order.
-_AT_FOLD, _ON_RING, _NEXT_ORDER = 5 / 72, 1 / 8, 0.5
+_AT_FOLD, _ON_RING, _NEXT_ORDER = 0.1, 0.17, 0.7
 # Amplitude of each index by that before, at least, where it cannot be told.
 _LEAST_RATIO = 0.2
 
@@ -50,7 +51,7 @@ _LEAST_RATIO = 0.2
     record="camera surface source max_index certified remarks image_index image_amplitude image_time",
     rows="frequency real imaginary error method",
 )
-class Amplification(Shown):
+class Amplification(FrequencyTable):
     """The field of a monochromatic source, by that which it would have without the hole."""
 
     camera: Viewer = quantity("", "", "who sees it", json="", column="")
@@ -276,7 +277,7 @@ def _error_of_pairs(
     ring: WaveImages, gap: Float[Array, " images"], omega: Float[Array, " frequencies"], share: float
 ) -> Float[Array, " frequencies"]:
     """The error of pairs as sums, by the phase between both."""
-    amplitude = np.minimum(ring.amplitude, np.roll(ring.amplitude, -1))[np.isfinite(gap)]
+    amplitude = np.sqrt(ring.amplitude * np.roll(ring.amplitude, -1))[np.isfinite(gap)]
     chi = gap[np.isfinite(gap)][:, None] * omega / 2
     with np.errstate(divide="ignore"):
         return (amplitude[:, None] * share / chi * (1 + _NEXT_ORDER / chi)).sum(axis=0)
