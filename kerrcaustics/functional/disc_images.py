@@ -101,9 +101,9 @@ def magnification(
         theta', phi' of its centre.
     size : float or (...)
         Its angular radius, radians.
-    near : (..., images, 3)
+    near : (..., single, 3)
         Directions N next to single images, not those of a pair next to a fold below.
-    index : (..., images) of int
+    index : (..., single) of int
         Morse indices of single images.
     folds : (..., pairs, 3)
         Directions N next to points of critical curves at which pairs of images are created, on both sides of the

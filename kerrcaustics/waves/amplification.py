@@ -35,13 +35,17 @@ METHODS = get_args(WaveMethod)
 # Decay of waves beyond a fold, by frequency and the 3/2 power of the distance: of the impact parameters of photon
 # orbits, about.
 _DECAY = 10 / 3
+# Amplitudes of two images by those of a ring, by the size of the caustic and its distance: what was measured.
+_NOT_ROUND = 0.16
+# What is on a fold, by the amplitude of images beside it that are seen, and the sixth root of the frequency.
+_BESIDE_FOLD = 1.6
 # Sizes of a caustic beyond which it is small.
 _SMALL = 3.0
 # Errors times the frequency, in parts of the field: of separate images, of a primary ring with its next phase, and of
 # other rings and folds; a frequency that is added to it, as asymptotics of long waves fail by less than that.
 _OF_IMAGES, _OF_PRIMARY, _OF_RING, _LONG_WAVES = 0.01, 0.042, 0.06, 0.1
 # Errors of two images as a sum, by the phase between them: at a fold and on a ring, and the next order.
-_AT_FOLD, _ON_RING, _NEXT_ORDER = 0.1, 0.17, 0.7
+_AT_FOLD, _ON_RING, _NEXT_ORDER = 0.13, 0.17, 0.7
 # Amplitude of each index by that before, at least, where it cannot be told.
 _LEAST_RATIO = 0.2
 
@@ -329,7 +333,7 @@ class _BesideCurve:
             early = np.argsort(ring.time)
             value = ring_pair(omega, int(ring.index.min()), _two(ring.time[early]), _two(ring.amplitude[early]))
             size = np.sqrt(math.pi * omega * np.ptp(ring.time) / 4) * ring.amplitude.sum()
-            error = share * np.maximum(np.abs(value), np.minimum(size, apart))
+            error = (share + self._not_round(omega)) * np.maximum(np.abs(value), np.minimum(size, apart))
             ways["ring"] = value * next_order(self.order, omega), error + self._beyond_caustic(omega)
         if len(ring):
             error = summed_error(ring, omega) + error_of_images(ring, omega)
@@ -339,10 +343,29 @@ class _BesideCurve:
             ways["fold"] = value, error + self._beyond_caustic(omega)
         return {name: (value, np.nan_to_num(error, nan=math.inf)) for name, (value, error) in ways.items()}
 
+    def _not_round(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+        """The error of a ring by its field, as its caustic is no point.
+
+        An astroid with cusps at c from its middle is that of a phase omega B c cos(2 psi) / 4 round the ring, B the
+        impact parameter. Two images know its values where they are: what is left falls as 1 / x beside the axis, x the
+        argument of the Bessel function, and is of second order on it. Their amplitudes are not those of a ring.
+        """
+        if self.caustic is None:
+            return np.zeros(len(omega))
+        middle = self.caustic.mean(axis=0)
+        x = omega * float(np.ptp(self.ring.time)) / 2
+        away = float(np.linalg.norm(self.star - middle))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            cusps = float(lengths(self.caustic - middle).max()) / away
+            phase = x * cusps / 4
+            off = _NOT_ROUND * cusps + phase**2 / 4 + phase * x / (1 + x**2)
+            return np.nan_to_num(np.minimum(off, 1.0), nan=1.0)
+
     def _beyond_caustic(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
         """Waves that may reach the star from a caustic beside it without an image; they fall as the Airy function does.
 
-        A caustic that is much smaller than its distance has none.
+        On a fold they grow with the sixth root of the frequency. A caustic that is much smaller than its distance has
+        none.
         """
         if self.caustic is None or not len(self.ring):
             return np.zeros(len(omega))
@@ -350,7 +373,7 @@ class _BesideCurve:
         if away > _SMALL * float(lengths(self.caustic - self.caustic.mean(axis=0)).max()):
             return np.zeros(len(omega))
         bright = float(np.linalg.norm(np.minimum(self.ring.amplitude, 1.0)))
-        return bright * np.exp(-_DECAY * omega * away**1.5)
+        return _BESIDE_FOLD * np.maximum(omega, 1.0) ** (1 / 6) * bright * np.exp(-_DECAY * omega * away**1.5)
 
 
 def _two(values: Sequence[float] | Array) -> tuple[float, float]:
