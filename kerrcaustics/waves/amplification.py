@@ -45,7 +45,7 @@ _SMALL = 3.0
 # other rings and folds; a frequency that is added to it, as asymptotics of long waves fail by less than that.
 _OF_IMAGES, _OF_PRIMARY, _OF_RING, _LONG_WAVES = 0.01, 0.042, 0.06, 0.1
 # Errors of two images as a sum, by the phase between them: at a fold and on a ring, and the next order.
-_AT_FOLD, _ON_RING, _NEXT_ORDER = 0.13, 0.17, 0.7
+_AT_FOLD, _ON_RING, _NEXT_ORDER = 0.14, 0.18, 0.7
 # Amplitude of each index by that before, at least, where it cannot be told.
 _LEAST_RATIO = 0.2
 
