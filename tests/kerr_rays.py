@@ -52,10 +52,10 @@ def followed(event: Event, sky: np.ndarray, passes: Callable[[np.ndarray], float
     return np.array([*state[:3], -state[3]])
 
 
-def forward_rates(a: float, b: float, state: np.ndarray) -> np.ndarray:
-    """Rates of (r, theta, phi, t, p_r, p_theta) along the photon's motion."""
+def forward_rates(a: float, b: float | np.ndarray, state: np.ndarray) -> np.ndarray:
+    """Rates of (r, theta, phi, t, p_r, p_theta) along the photon's motion; of many photons, a column of state each."""
     r, theta, _, _, p_r, p_theta = state
-    s, c = math.sin(theta), math.cos(theta)
+    s, c = np.sin(theta), np.cos(theta)
     delta, d_delta, big = r * r - 2 * r + a * a, 2 * r - 2, r * r + a * a - a * b
     spin_part = b / s - a * s
     return np.array(

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 from beam_equations import Event, photon
+from kerr_rays import forward_rates
 from scipy.integrate import solve_ivp
 
 Places = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
@@ -126,7 +127,7 @@ def _passes(event, places, arrival, emitted, rays):
         state = state.reshape(6, -1)
         # Rays that fall into the hole come to rest above its horizon, those that leave at some distance.
         held = np.clip((state[0] / horizon - 1.02) / 0.1, 0, 1) * np.clip(3 - state[0] / r, 0, 1)
-        return -(span * held * _rates(a, b, state)).ravel()
+        return -(span * held * forward_rates(a, b, state)).ravel()
 
     def older(_, state):
         # The median ray is at the ball's time.
@@ -193,24 +194,6 @@ def _metric(a, r, theta):
 def _product(g, x, y):
     tt, tp, rr, hh, pp = g
     return tt * x[0] * y[0] + tp * (x[0] * y[3] + x[3] * y[0]) + rr * x[1] * y[1] + hh * x[2] * y[2] + pp * x[3] * y[3]
-
-
-def _rates(a, b, state):
-    """Rates of (r, theta, phi, t, p_r, p_theta) along the photon's motion in Mino time, for unit energy."""
-    r, theta, _, _, p_r, p_theta = state
-    s, c = np.sin(theta), np.cos(theta)
-    delta, d_delta, big = r * r - 2 * r + a * a, 2 * r - 2, r * r + a * a - a * b
-    spin_part = b / s - a * s
-    return np.stack(
-        [
-            delta * p_r,
-            p_theta,
-            a * big / delta + spin_part / s,
-            (r * r + a * a) * big / delta + a * s * spin_part,
-            -d_delta * p_r**2 / 2 + 2 * r * big / delta - big**2 * d_delta / (2 * delta**2),
-            spin_part * (b / s**2 + a) * c,
-        ]
-    )
 
 
 def _shares_inside(level):

@@ -10,7 +10,7 @@ from rich.console import Console
 from kerrcaustics.choices import WaveMethod
 from kerrcaustics.cli.app import BadInput, app, stop, with_examples
 from kerrcaustics.cli.options import COMMON, Angles, CameraOptions, CommonOptions, FileName, MaxIndex
-from kerrcaustics.cli.outputs import check_ending, check_table, write_figure
+from kerrcaustics.cli.outputs import check_ending, check_table, write_figure, write_table
 from kerrcaustics.cli.tables import PlainTable
 from kerrcaustics.cli.terminal import place_in_words, place_of, plain_errors, progress, say, say_all, verdict
 
@@ -73,7 +73,7 @@ def amplification(
         if save is not None:
             storage.save(save, seen)
         if table is not None:
-            (seen.to_csv if table.suffix == ".csv" else seen.to_fits)(table)
+            write_table(seen, table)
         if figure is not None:
             report("drawing", 1.0)
             from kerrcaustics.draw.waves import amplification_figure

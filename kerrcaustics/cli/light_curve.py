@@ -22,7 +22,7 @@ from kerrcaustics.cli.options import (
     MaxIndex,
     WholeNumber,
 )
-from kerrcaustics.cli.outputs import check_ending, check_film, check_table, write_figure
+from kerrcaustics.cli.outputs import check_ending, check_film, check_table, write_figure, write_table
 from kerrcaustics.cli.tables import PlainTable
 from kerrcaustics.cli.terminal import place_of, plain_errors, progress, say, say_all, verdict
 
@@ -131,7 +131,7 @@ def light_curve(
         if save is not None:
             storage.save(save, light)
         if table is not None:
-            (light.to_csv if table.suffix == ".csv" else light.to_fits)(table)
+            write_table(light, table)
         if figure is not None:
             report("drawing", 1.0)
             from kerrcaustics.draw import light_curves, source_light

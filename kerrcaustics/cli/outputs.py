@@ -12,6 +12,8 @@ from kerrcaustics.extras import missing
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from kerrcaustics.astronomy.row_tables import RowTable
+
 # Endings, and the word between them in messages.
 _FIGURE = (".png", ".pdf", ".svg"), ", "
 _PICTURE = (".png", ".jpg", ".jpeg", ".exr"), ", "
@@ -81,6 +83,11 @@ def check_film(film: Path | None, argument: str = "--film") -> None:
 def check_table(table: Path | None) -> None:
     """Refuse tables of other formats, or that cannot be written here."""
     _check_ending("--table", table, *_TABLE)
+
+
+def write_table(result: "RowTable", table: Path) -> None:
+    """Write a result in rows into a file whose ending was checked."""
+    (result.to_csv if table.suffix.lower() == ".csv" else result.to_fits)(table)
 
 
 def _check_ending(argument: str, path: Path | None, endings: tuple[str, ...], between: str) -> None:

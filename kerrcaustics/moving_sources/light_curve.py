@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from kerrcaustics.astronomy.tables import TimeTable
+from kerrcaustics.astronomy.row_tables import TimeTable
 from kerrcaustics.choices import event_kind
 from kerrcaustics.images.images import checked_index
 from kerrcaustics.lens_map.search_sky import search_sky

@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from kerrcaustics.astronomy.tables import TimeTable
+from kerrcaustics.astronomy.row_tables import TimeTable
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.choices import SpotMotion, event_kind

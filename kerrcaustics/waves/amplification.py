@@ -1,29 +1,24 @@
 """The amplification of waves of one source: the field at the viewer by that without the hole, finite at caustics."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, get_args
+from typing import get_args
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from kerrcaustics.astronomy.tables import FrequencyTable
+from kerrcaustics.astronomy.row_tables import FrequencyTable
 from kerrcaustics.beams.ends import SKY, End, Wherever, end_of
 from kerrcaustics.choices import WaveMethod
 from kerrcaustics.images.images import StarImages, checked_place, star_images
-from kerrcaustics.images.sheets import HIGHEST_INDEX, sheets_of
+from kerrcaustics.images.sheets import HIGHEST_INDEX
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME
-from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, whole_number
-from kerrcaustics.spacetime.sphere import from_angles, lengths
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
-from kerrcaustics.waves.nearest_curve import FARTHEST, NearestCurve, nearest_curve, next_order
-from kerrcaustics.waves.uniform import fold_pair, ring_pair
-from kerrcaustics.waves.wave_images import WaveImages, wave_images
+from kerrcaustics.waves.image_groups import best_parts, left_out
+from kerrcaustics.waves.wave_images import wave_images
 
 Array = np.ndarray
 
@@ -31,23 +26,6 @@ LEAST_FREQUENCY = 0.05
 """Below it rays tell nothing of waves."""
 
 METHODS = get_args(WaveMethod)
-
-# Decay of waves beyond a fold, by frequency and the 3/2 power of the distance: of the impact parameters of photon
-# orbits, about.
-_DECAY = 10 / 3
-# Amplitudes of two images by those of a ring, by the size of the caustic and its distance: what was measured.
-_NOT_ROUND = 0.16
-# What is on a fold, by the amplitude of images beside it that are seen, and the sixth root of the frequency.
-_BESIDE_FOLD = 1.6
-# Sizes of a caustic beyond which it is small.
-_SMALL = 3.0
-# Errors times the frequency, in parts of the field: of separate images, of a primary ring with its next phase, and of
-# other rings and folds; a frequency that is added to it, as asymptotics of long waves fail by less than that.
-_OF_IMAGES, _OF_PRIMARY, _OF_RING, _LONG_WAVES = 0.01, 0.042, 0.06, 0.1
-# Errors of two images as a sum, by the phase between them: at a fold and on a ring, and the next order.
-_AT_FOLD, _ON_RING, _NEXT_ORDER = 0.14, 0.18, 0.7
-# Amplitude of each index by that before, at least, where it cannot be told.
-_LEAST_RATIO = 0.2
 
 
 @result(
@@ -188,7 +166,7 @@ def _amplification(
 ) -> Amplification:
     seen = star_images(viewer, place, min(highest + 1, HIGHEST_INDEX))
     waves = wave_images(seen)
-    parts = _best_parts(viewer, place, waves, highest, np.abs(omega), how)
+    parts = best_parts(viewer, place, waves, highest, np.abs(omega), how)
     field = np.sum([part.value for part in parts], axis=0)
     field = np.where(omega < 0, field.conj(), field)
     taken = max((part.last for part in parts), default=highest)
@@ -211,217 +189,3 @@ def _amplification(
         certified=seen.certified or bool(seen.on_caustic),
         remarks=seen.remarks,
     )
-
-
-@dataclass(frozen=True, eq=False)
-class _GroupWaves:
-    """The waves of a group of images: value, error and method by frequency; last: the highest index in it."""
-
-    value: Float[Array, " frequencies"]
-    error: Float[Array, " frequencies"]
-    method: tuple[str, ...]
-    last: int
-
-
-def _best_parts(
-    viewer: Viewer,
-    place: tuple[float, float],
-    waves: WaveImages,
-    highest: int,
-    omega: Float[Array, " frequencies"],
-    how: str,
-) -> list[_GroupWaves]:
-    """Groups of two neighbouring indices, from 0 and 1 on or from 1 and 2 on: those whose error is smaller in all."""
-    sheets, sky = sheets_of(viewer, min(highest + 1, HIGHEST_INDEX)), search_sky(viewer)
-    star = from_angles(*place)
-    groups = []
-    for order in range(1, highest + 2):
-        caustic = sheets.curves.curves[order - 1].points.direction if order <= len(sheets.curves.curves) else None
-        curve = None
-        near = caustic is not None and lengths(caustic - star).min() < FARTHEST
-        if near and how in ("auto", "line"):
-            curve = nearest_curve(sky, sheets.curves, order, star)
-        if curve is not None and not curve.is_smooth:
-            curve = None
-        groups.append(_BesideCurve(waves.ring(order), curve, order, caustic, star))
-    choices = []
-    for first in (1, 2):
-        parts = [] if first == 1 else [_alone(waves[waves.index == 0], omega)]
-        parts += [group.best(omega, how) for group in groups[first - 1 :: 2]]
-        # Neighbours that belong to two groups are summed.
-        torn = sum((group.torn(omega) for group in groups[2 - first :: 2]), np.zeros(len(omega)))
-        parts.append(_GroupWaves(np.zeros(len(omega)), torn, ("images",) * len(omega), 0))
-        choices.append((sum(float(np.sum(part.error)) for part in parts), parts))
-    return min(choices, key=lambda choice: choice[0])[1]
-
-
-def _alone(waves: WaveImages, omega: Float[Array, " frequencies"]) -> _GroupWaves:
-    """Images that belong to no pair."""
-    value = waves.field(omega)
-    return _GroupWaves(value, error_of_images(waves, omega), ("images",) * len(omega), 0)
-
-
-def error_of_images(waves: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
-    """The error of images that lie apart."""
-    return _OF_IMAGES / omega * float(waves.amplitude.sum())
-
-
-def summed_error(ring: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
-    """The error of neighbours on a ring as a sum."""
-    return _error_of_pairs(ring, _gaps(ring), omega, _ON_RING / 2 if len(ring) == 2 else _AT_FOLD)
-
-
-def _gaps(ring: WaveImages) -> Float[Array, " images"]:
-    """Times between each image and the next on the ring, infinite where these are no pair."""
-    following = np.roll(np.arange(len(ring)), -1)
-    return np.where(ring.index != ring.index[following], np.abs(ring.time - ring.time[following]), math.inf)
-
-
-def _error_of_pairs(
-    ring: WaveImages, gap: Float[Array, " images"], omega: Float[Array, " frequencies"], share: float
-) -> Float[Array, " frequencies"]:
-    """The error of pairs as sums, by the phase between both."""
-    amplitude = np.sqrt(ring.amplitude * np.roll(ring.amplitude, -1))[np.isfinite(gap)]
-    chi = gap[np.isfinite(gap)][:, None] * omega / 2
-    with np.errstate(divide="ignore"):
-        return (amplitude[:, None] * share / chi * (1 + _NEXT_ORDER / chi)).sum(axis=0)
-
-
-@dataclass(frozen=True, eq=False)
-class _BesideCurve:
-    """The images beside a critical curve.
-
-    ring: in the order of their position angles; curve: their nearest curve, if it is smooth; order: of the critical
-    curve; caustic: points of its image, None if it is not known; star: direction.
-    """
-
-    ring: WaveImages
-    curve: NearestCurve | None
-    order: int
-    caustic: Float[Array, "points 3"] | None
-    star: Float[Array, " 3"]
-
-    def best(self, omega: Float[Array, " frequencies"], how: str) -> _GroupWaves:
-        """For each frequency the method with the smallest error, or the one that is wanted."""
-        ways = self._ways(omega)
-        if how != "auto":
-            ways = {name: ways[name] for name in ((how,) if how in ways else ("images",)) if name in ways}
-        if not ways:
-            nothing = np.zeros(len(omega))
-            return _GroupWaves(nothing + 0j, np.full(len(omega), math.inf), ("images",) * len(omega), self.order)
-        names = list(ways)
-        values, errors = (np.array([ways[name][i] for name in names]) for i in (0, 1))
-        best, columns = errors.argmin(axis=0), np.arange(len(omega))
-        method = tuple(names[i] for i in best.tolist())
-        return _GroupWaves(values[best, columns], errors[best, columns], method, self.order)
-
-    def torn(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
-        """What is lost where its images belong to two other groups."""
-        return summed_error(self.ring, omega) + self._beyond_caustic(omega)
-
-    def _ways(self, omega: Float[Array, " frequencies"]) -> dict[str, tuple[Array, Array]]:
-        """The waves and their errors, by each method that there is."""
-        ring, ways = self.ring, {}
-        share = _share(self.order, omega)
-        apart = float(np.linalg.norm(ring.amplitude)) if len(ring) else math.inf
-        if self.curve is not None:
-            value = self.curve.field(omega)
-            # What the images would be without their phases, but on a caustic no more than there can be.
-            size = np.minimum(np.sqrt(omega) * self.curve.brightest, apart)
-            ways["line"] = value, share * np.maximum(np.abs(value), size)
-        elif len(ring) == 2:
-            early = np.argsort(ring.time)
-            value = ring_pair(omega, int(ring.index.min()), _two(ring.time[early]), _two(ring.amplitude[early]))
-            size = np.sqrt(math.pi * omega * np.ptp(ring.time) / 4) * ring.amplitude.sum()
-            error = (share + self._not_round(omega)) * np.maximum(np.abs(value), np.minimum(size, apart))
-            ways["ring"] = value * next_order(self.order, omega), error + self._beyond_caustic(omega)
-        if len(ring):
-            error = summed_error(ring, omega) + error_of_images(ring, omega)
-            ways["images"] = ring.field(omega), error + self._beyond_caustic(omega)
-        if len(ring) > 2:
-            value, error = _with_fold(ring, omega, share)
-            ways["fold"] = value, error + self._beyond_caustic(omega)
-        return {name: (value, np.nan_to_num(error, nan=math.inf)) for name, (value, error) in ways.items()}
-
-    def _not_round(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
-        """The error of a ring by its field, as its caustic is no point.
-
-        An astroid with cusps at c from its middle is that of a phase omega B c cos(2 psi) / 4 round the ring, B the
-        impact parameter. Two images know its values where they are: what is left falls as 1 / x beside the axis, x the
-        argument of the Bessel function, and is of second order on it. Their amplitudes are not those of a ring.
-        """
-        if self.caustic is None:
-            return np.zeros(len(omega))
-        middle = self.caustic.mean(axis=0)
-        x = omega * float(np.ptp(self.ring.time)) / 2
-        away = float(np.linalg.norm(self.star - middle))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            cusps = float(lengths(self.caustic - middle).max()) / away
-            phase = x * cusps / 4
-            off = _NOT_ROUND * cusps + phase**2 / 4 + phase * x / (1 + x**2)
-            return np.nan_to_num(np.minimum(off, 1.0), nan=1.0)
-
-    def _beyond_caustic(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
-        """Waves that may reach the star from a caustic beside it without an image; they fall as the Airy function does.
-
-        On a fold they grow with the sixth root of the frequency. A caustic that is much smaller than its distance has
-        none.
-        """
-        if self.caustic is None or not len(self.ring):
-            return np.zeros(len(omega))
-        away = float(lengths(self.caustic - self.star).min())
-        if away > _SMALL * float(lengths(self.caustic - self.caustic.mean(axis=0)).max()):
-            return np.zeros(len(omega))
-        bright = float(np.linalg.norm(np.minimum(self.ring.amplitude, 1.0)))
-        return _BESIDE_FOLD * np.maximum(omega, 1.0) ** (1 / 6) * bright * np.exp(-_DECAY * omega * away**1.5)
-
-
-def _two(values: Sequence[float] | Array) -> tuple[float, float]:
-    return float(values[0]), float(values[1])
-
-
-def _with_fold(
-    ring: WaveImages, omega: Float[Array, " frequencies"], share: Float[Array, " frequencies"]
-) -> tuple[Array, Array]:
-    """The two neighbours that are closest in time as a pair beside a fold, and all others as images."""
-    gap = _gaps(ring)
-    first = int(gap.argmin())
-    both = [first, (first + 1) % len(ring)]
-    pair, rest = ring[np.array(both)], ring[np.delete(np.arange(len(ring)), both)]
-    pair = pair[np.argsort(pair.time)]
-    with np.errstate(invalid="ignore"):
-        value = fold_pair(omega, int(pair.index.min()), _two(pair.time), _two(pair.amplitude))
-    # All other neighbours are summed.
-    gap[first] = math.inf
-    torn = _error_of_pairs(ring, gap, omega, _AT_FOLD)
-    own = share * np.maximum(np.abs(value), _airy_scale(pair, omega))
-    return value + rest.field(omega), own + torn + error_of_images(rest, omega)
-
-
-def _airy_scale(pair: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
-    """About the amplitude of a pair: that of its images, and next to the fold the largest of the Airy function."""
-    chi = omega * float(np.ptp(pair.time)) / 2
-    return float(np.linalg.norm(pair.amplitude)) * np.minimum(1.0, np.maximum(chi, 0) ** (1 / 6))
-
-
-def _share(order: int, omega: Any) -> Any:
-    """The error of a ring or a fold by its field."""
-    return (_OF_PRIMARY if order == 1 else _OF_RING) / (omega + _LONG_WAVES)
-
-
-def ring_error(order: int, omega: float, size: Float[Array, " places"], ring: WaveImages) -> Float[Array, " places"]:
-    """The error of the integral of a ring whose field has the given moduli, beside images of one star."""
-    return _share(order, omega) * np.maximum(size, float(np.linalg.norm(np.minimum(ring.amplitude, size.max()))))
-
-
-def left_out(waves: WaveImages, last: int) -> float:
-    """The amplitude of all images of higher index than the last, as it falls from index to index."""
-    sums = np.bincount(waves.index, np.nan_to_num(waves.amplitude, posinf=0), HIGHEST_INDEX + 2)
-    known = np.flatnonzero(sums)
-    if not len(known):
-        return 0.0
-    highest = int(known.max())
-    before = sums[highest - 2] if highest >= 2 and sums[highest - 2] > 0 else 0.0
-    ratio = min(max(math.sqrt(sums[highest] / before) if before else _LEAST_RATIO, _LEAST_RATIO), 0.9)
-    beyond = sums[highest] * ratio / (1 - ratio)
-    return float(sums[last + 1 : highest + 1].sum() + beyond)

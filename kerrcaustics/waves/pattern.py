@@ -21,7 +21,8 @@ from kerrcaustics.results.progress import Progress, in_steps, with_progress
 from kerrcaustics.spacetime.checks import numbers, quoted, real_number, whole_number
 from kerrcaustics.spacetime.sphere import from_angles, lengths
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
-from kerrcaustics.waves.amplification import LEAST_FREQUENCY, error_of_images, left_out, ring_error, summed_error
+from kerrcaustics.waves.amplification import LEAST_FREQUENCY
+from kerrcaustics.waves.image_groups import error_of_images, left_out, ring_error, summed_error
 from kerrcaustics.waves.nearest_curve import NearestCurve, nearest_curve, resampled
 from kerrcaustics.waves.wave_images import WaveImages, wave_images
 

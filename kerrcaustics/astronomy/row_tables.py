@@ -23,7 +23,7 @@ Columns = dict[str, tuple[str, Array]]
 _AXES = {2: ("alpha", "beta"), 3: ("x", "y", "z")}
 
 
-class Table(Shown):
+class RowTable(Shown):
     """A result with quantities in rows, which is written as a table.
 
     A column is named as the quantity, with the number of the image or crossing from 1, and the axis, where it has them:
@@ -58,7 +58,7 @@ class Table(Shown):
         write_units(path, [fits.PrimaryHDU(), *tables])
 
 
-class TimeTable(Table):
+class TimeTable(RowTable):
     """A result over time, with events."""
 
     def _tables(self) -> dict[str, Columns]:
@@ -66,7 +66,7 @@ class TimeTable(Table):
         return {"LIGHT": _columns(self, "time", len(result.time)), "EVENTS": _event_columns(result.events)}
 
 
-class FrequencyTable(Table):
+class FrequencyTable(RowTable):
     """A result over frequencies, with the images that make it."""
 
     def _tables(self) -> dict[str, Columns]:
