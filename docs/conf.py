@@ -31,8 +31,8 @@ extensions = [
     "sphinx-mathjax-offline",
     "sphinx_gallery.gen_gallery",
 ]
-# The tables are included in pages; lessons become the tutorial, recipes how-tos.
-exclude_patterns = ["_build", "tables", "lessons", "recipes"]
+# The tables are included in pages; lessons become the tutorial, recipes how-tos; the paper is no page.
+exclude_patterns = ["_build", "tables", "lessons", "recipes", "paper"]
 # Single backticks in docstrings are code.
 default_role = "code"
 

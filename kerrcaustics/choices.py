@@ -27,7 +27,7 @@ Quality = Literal["draft", "normal", "high"]
 """Qualities of pictures."""
 
 
-WaveMethod = Literal["auto", "images", "fold", "ring", "line"]
+WaveMethod = Literal["auto", "images", "fold", "cusp", "ring", "line"]
 """What gives the waves of a source."""
 
 ShutterShape = Literal["box", "triangle", "cosine"]

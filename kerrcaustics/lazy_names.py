@@ -1,4 +1,4 @@
-"""Names of stub files, loaded at their first use; one that is unknown is told with the name that may be meant."""
+"""Names of stub files, loaded at their first use; one that is unknown is reported with the name that may be meant."""
 
 from collections.abc import Callable
 from typing import Any

@@ -63,7 +63,7 @@ def series(
 def crossing(
     quantity: Callable[[float], tuple[float, float]], value: float, low: float, high: float, tolerance: float
 ) -> Measured | None:
-    """Where a quantity, told with its error, passes a value between low and high; None where it does not.
+    """The place where a quantity, known with its error, passes a value between low and high; None without one.
 
     The error is that of the quantity over its slope, and the tolerance of the root.
     """
@@ -79,5 +79,5 @@ def crossing(
 
 
 def difference(one: Measured, other: Measured) -> Measured:
-    """One number less another one, with errors that are independent."""
+    """A number less another one, with errors that are independent."""
     return Measured(one.value - other.value, math.hypot(one.error, other.error))

@@ -181,3 +181,27 @@ def test_what_is_not_known_has_no_error():
     place = (1.3701740794779673, 3.113972276229373)
     seen = kc.magnification(camera, place, 0.7593985831930437, max_index=0, end=12.536403492656264)
     assert abs(seen.total - 0.7281958720917251) < seen.error
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("camera", "crossing", "place", "size", "most"),
+    [
+        (kc.Camera(0.7716, 548.46, 1.36759, "fiducial"), 1, (4.84, 4.552), 5.73e-6, 1e-6),
+        (kc.Camera(0.57988, 883.595, 1.55362, "fiducial"), 1, (18.7765, 1.2554), 1e-4, 1e-4),
+    ],
+    ids=["small", "nearly edge on"],
+)
+def test_small_discs_in_the_plane_are_as_bright_as_points(camera, crossing, place, size, most):
+    end = kc.EquatorialPlane(crossing)
+    seen = kc.magnification(camera, place, size, max_index=0, end=end)
+    points = kc.star_images(camera, place, max_index=0, end=end)
+    assert seen.certified and points.certified
+    assert abs(seen.total - points.magnification.sum()) < seen.error + most * seen.total
+
+
+def test_limb_that_crosses_the_equator_where_lines_are_known_to_the_root_of_round_off():
+    camera = kc.Camera(0.8420832806894953, 8.530735277017923, 1.7671859367066052, "fiducial")
+    place = (2.1999282119035644, 3.0559703381222767)
+    seen = kc.magnification(camera, place, 5.58, max_index=1, end=5.074118929734789)
+    assert seen.certified and seen.error < 1e-8 * seen.total

@@ -70,3 +70,15 @@ def test_gpl_libraries_in_wheels_are_named():
     said = text("docs/install.md").partition("### GPL software")[2].partition("\n## ")[0]
     assert all(f"**{name}**" in said for name in {"x264", "x265", "xvidcore", "postproc"} & libraries)
     assert "films" in text("README.md").partition("MIT licence.")[2] and "under the GPL" in said
+
+
+def test_workflows_try_every_python_that_is_promised():
+    promised = re.findall(r"Programming Language :: Python :: (3\.\d+)", text("pyproject.toml"))
+    tried = re.search(r"^        python: \[(.*)\]$", text(".github/workflows/tests.yml"), re.M)[1]
+    assert re.findall(r"3\.\d+", tried) == promised
+
+
+def test_the_paper_cites_what_is_in_its_references():
+    cited = set(re.findall(r"@(\w+)", text("docs/paper/paper.md")))
+    listed = set(re.findall(r"^@\w+\{(\w+),", text("docs/paper/paper.bib"), re.M))
+    assert cited == listed

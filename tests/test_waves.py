@@ -16,7 +16,7 @@ from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.scripts import STUDIES
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.waves.nearest_curve import nearest_curve
-from kerrcaustics.waves.uniform import fold_pair, ring_pair
+from kerrcaustics.waves.uniform import fold_pair, pearcey, ring_pair
 
 TWIN = STUDIES.module("truth.partial_waves")
 CAMERA = kc.Camera(0.0, 10.0, math.pi / 2, "fiducial")
@@ -93,6 +93,38 @@ def test_pairs_far_apart_are_their_images():
         value = pair(omega, 1, (3.0, 5.0), (0.7, 0.4))[0]
         sum_of_both = sum(s * cmath.exp(1j * (200 * t - math.pi / 2 * n)) for s, t, n in ((0.7, 3.0, 1), (0.4, 5.0, 2)))
         assert abs(value - sum_of_both) < 2e-3
+
+
+def test_pearcey_s_integrals_are_those_of_long_arithmetic():
+    assert abs(pearcey(np.zeros(1), np.zeros(1))[0, 0] - math.gamma(0.25) / 2 * cmath.exp(1j * math.pi / 8)) < 1e-12
+    turn = mpmath.exp(0.125j * mpmath.pi)
+    for x, y in ((-6.0, 3.0), (3.0, 2.0), (5.0, -8.0)):
+        for power, value in enumerate(pearcey(np.array([x]), np.array([y]))[0]):
+
+            def part(s, power=power, x=x, y=y):
+                t = s * turn
+                return t**power * mpmath.exp(1j * (t**4 + x * t**2 + y * t)) * turn
+
+            assert abs(value - complex(mpmath.quad(part, list(range(-6, 7))))) < 1e-11
+    # Where round-off would spoil them there are none.
+    assert np.isnan(pearcey(np.array([-20.0]), np.array([0.0]))).all()
+
+
+def test_a_star_within_a_cusp_is_what_the_integral_says():
+    """At the cusps of a secondary caustic, where both methods hold; and where only one does."""
+    camera = kc.Camera(0.3, 10.0, 1.0, "fiducial")
+    cusps = np.array([cusp.celestial for cusp in kc.caustics(camera, 2)[1].cusps])
+    star = cusps[0] + 0.2 * (cusps.mean(axis=0) - cusps[0])
+    one, other = (
+        kc.amplification(camera, star, [200.0, 1000.0, 5000.0], max_index=2, method=how) for how in ("cusp", "line")
+    )
+    off, error = np.abs(one.value - other.value), one.error + other.error
+    assert (off <= error).all()
+    assert (off[1:] < 0.02).all() and (one.error[1:] < 0.02).all()
+    # A cusp more than a right angle from parts of its caustic: there is no integral.
+    camera = kc.Camera(0.95, 5.0, 1.3, "fiducial")
+    seen = kc.amplification(camera, (1.3, 5.3721), [50.0, 100.0], max_index=2)
+    assert seen.method.tolist() == ["cusp", "cusp"] and (seen.error < 0.2 * np.abs(seen.value)).all()
 
 
 def test_velocity_does_not_matter_and_negative_frequencies_are_conjugate():
@@ -199,7 +231,7 @@ def test_patterns_are_those_of_single_stars():
         ({"frequencies": "low"}, "Argument `frequencies` must be finite"),
         ({"max_index": 7}, "Argument `max_index`"),
         ({"end": 20.0}, "Argument `end` must be math.inf"),
-        ({"method": "waves"}, "Argument `method` must be one of auto, images, fold, ring, line"),
+        ({"method": "waves"}, "Argument `method` must be one of auto, images, fold, cusp, ring, line"),
         ({"source": (1.0, 2.0, 3.0)}, "Argument `source`"),
     ],
 )

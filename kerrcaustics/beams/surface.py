@@ -105,7 +105,7 @@ class End(Shown):
         return self
 
     def by_ray(self) -> "tuple[Columns, Callable[[Columns], End]]":
-        """What differs from ray to ray, as arrays (n,), and the surface with others of them; something of `Spheres`."""
+        """Arrays (n,) that differ from ray to ray, and the surface with others of them; something of `Spheres`."""
         return [], lambda _: self
 
     def rows(self, chosen: Any) -> "End":

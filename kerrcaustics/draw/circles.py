@@ -225,7 +225,7 @@ def circle_figure(
 
 
 def counts_in_words(where: str, crossings: LineCrossings, lowest: int = 0) -> str:
-    """How many images a line crosses, by index from the lowest on, and whether that is certified."""
+    """Numbers of images that a line crosses, by index from the lowest on, and whether they are certified."""
     counts = ", ".join(f"{count} of index {k}" for k, count in crossings.per_index.items() if k >= lowest)
     return f"{where}: {counts}{_doubt(crossings.certified)}"
 
@@ -249,7 +249,7 @@ def _handles(caustics: CausticSet, max_index: int) -> list[Line2D]:
 
 
 class CircleOrbit:
-    """One orbit of a camera, frame by frame: the images of a great circle that rests on the celestial sphere.
+    """Orbit of a camera, frame by frame: the images of a great circle that rests on the celestial sphere.
 
     Seen from the camera the circle turns backward about the spin axis. Its images, and their crossings with the lines
     of `lines_of_counts`, are computed and certified anew for each frame.

@@ -35,7 +35,7 @@ Array = np.ndarray
 # Cosine of the largest angle of a boundary from its own origin.
 _LEAST_COSINE = 0.3
 # Steps along a boundary are divided, so often at most, that are larger than this as seen from a place, radians.
-_SMALL_ANGLE, _MOST_HALVINGS = 0.5, 40
+_SMALL_ANGLE, _MOST_HALVINGS, _MOST_STEPS = 0.5, 40, 4_000_000
 _ENDED = np.concatenate([[-1.0], NODES, [1.0]])
 # Parts of the way from an origin, and their shares of the area; nodes of the sum over the whole sky.
 _GAUSS, _GAUSS_WEIGHTS = legendre.leggauss(8)
@@ -168,8 +168,11 @@ def winding(
         angle = np.angle(other * one.conj())
         good = np.abs(angle) < _SMALL_ANGLE
         np.add.at(turns, which[good], (sign[arc] * angle)[good])
-        which, arc, low, high = which[~good], arc[~good], low[~good], high[~good]
-        if not len(which):
+        turns[which[np.isnan(angle)]] = np.nan
+        again = ~good & np.isfinite(turns[which])
+        which, arc, low, high = which[again], arc[again], low[again], high[again]
+        # An arc that passes a place, or points of it that are lost, would be divided without end.
+        if not 0 < len(which) < _MOST_STEPS:
             break
         middle = (low + high) / 2
         low, high = np.concatenate([low, middle]), np.concatenate([middle, high])

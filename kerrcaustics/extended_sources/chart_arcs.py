@@ -31,6 +31,8 @@ _TO_CHECK = values_at(NODES, GUESSED)
 # Rounds of halving; arcs that are halved together, at most; an arc is not halved where its error is below so many times
 # that of its points, nor is one in doubt whose error is below the last number, radians squared by the area.
 _MOST_HALVINGS, _MOST_ARCS, _ROUND_OFF, _SMALL = 14, 4000, 3.0, 1e-7
+# As many times as the number of arcs in doubt grows in a row, the curve is lost.
+_LASTING = 4
 # Longest arcs of the rim, radians of edge phase; how close to it nodes lie, a part of the chart.
 _LONGEST, _CLOSE = 0.25, 1e-12
 # Places along a step at which the distance of a caustic is looked at; imaginary parts below this are round-off.
@@ -62,7 +64,7 @@ class ChartArcs(Rows):
 def arcs_along(patch: Patch, found: Contours, wanted: float) -> ChartArcs:
     """Arcs along the steps of contours; wanted: error of the area, a part of it, about."""
     steps, parts, area = found.steps, [_none()], 0.0
-    first = found.last_node + 1
+    first, bad = found.last_node + 1, []
     for halving in range(_MOST_HALVINGS + 1):
         if not len(steps):
             break
@@ -71,7 +73,9 @@ def arcs_along(patch: Patch, found: Contours, wanted: float) -> ChartArcs:
         area = area or float((size.sum() / 2) ** 2 / len(steps))
         good = (off <= wanted * area / len(steps)) | (off <= _ROUND_OFF * noise)
         good &= noise < size**2
-        kept = good | (halving == _MOST_HALVINGS) | ((~good).sum() > _MOST_ARCS)
+        bad.append(int((~good).sum()))
+        lasting = len(bad) > _LASTING and bool((np.diff(bad[-_LASTING - 1 :]) > 0).all())
+        kept = good | (halving == _MOST_HALVINGS) | lasting | (bad[-1] > _MOST_ARCS)
         doubtful = (~good & ~(arcs.arcs.error <= _SMALL * area)).astype(int)
         parts.append(replace(arcs, doubtful=doubtful)[kept])
         steps, first = _halved(steps[~kept], middle[~kept], first)
@@ -83,7 +87,7 @@ def _polynomials(
 ) -> tuple[ChartArcs, Float[Array, " steps"], Float[Array, " steps"], Float[Array, "steps 2"]]:
     """Arcs along steps, what they miss the curve by and its own error, as areas, and places in the middle."""
     places = np.tile(_PLACES, (len(steps), 1))
-    curve = on_curves(patch, steps.scale, steps.start, steps.stop, places, steps.order)
+    curve = on_curves(patch, steps.axes, steps.start, steps.stop, places, steps.order, steps.rising)
     sky = curve.seen.sky.reshape(*places.shape, 3)
     points, check = sky[:, : len(NODES)], sky[:, len(NODES) : -1]
     size = lengths(along(DERIVATIVE, points)) @ WEIGHTS
@@ -101,7 +105,7 @@ def _polynomials(
 
 def _side(patch: Patch, steps: Steps, slope: Float[Array, "steps parts"]) -> Float[Array, " steps"]:
     """1 where the disc, or the images of lower index, lie to the left of a step on the chart, else -1."""
-    rising = np.sign(np.median(slope, axis=1))
+    rising = np.where(steps.rising == 0, np.sign(np.median(slope, axis=1)), steps.rising)
     parity = patch.parity * (1.0 - 2 * ((steps.order - 1) % 2))
     return np.where(steps.order == LIMB, -rising, parity * rising)
 
@@ -135,7 +139,7 @@ def extremes(patch: Patch, found: Contours) -> Float[Array, " extremes"]:
     if not len(steps):
         return np.empty(0)
     parts = np.tile((1 + _EXTREME_NODES) / 2, (len(steps), 1))
-    seen = on_curves(patch, steps.scale, steps.start, steps.stop, parts, steps.order).seen
+    seen = on_curves(patch, steps.axes, steps.start, steps.stop, parts, steps.order, steps.rising).seen
     distance = patch.disc.distance(seen.place).reshape(parts.shape)
     values = []
     for row in chebyshev.chebfit(_EXTREME_NODES, distance.T, len(_EXTREME_NODES) - 1).T:

@@ -16,6 +16,10 @@ Array = np.ndarray
 # chord. A place is on a curve within so many errors, and off it beyond so many and so far.
 _MOST_STEPS, _FIRST, _FARTHEST, _SHORTEST = 15, 1e-3, 1.0, 1e-7
 _ERRORS, _MOST_ERRORS, _SMALL = 3.0, 10.0, 1e-9
+# Ways along a line between which the curve is looked for where the secant method fails: how many, as far as so many
+# sides of a cell, and the shortest one in lengths of the chord, about. Where more lines than this need it, the curve is
+# lost anyway.
+_WAYS, _REACH, _LEAST, _MOST_ASTRAY = np.linspace(-1, 1, 41), 1.5, 0.1, 500
 _TIGHT = {"xatol": 1e-15, "xrtol": 1e-15}
 
 
@@ -38,12 +42,14 @@ class OnCurves:
 class _Lines(Rows):
     """Lines across chords.
 
-    base: on the chord; left: across it, as long as it is; limb: True where that is looked for, else a critical curve.
+    base: on the chord; left: across it, as long as it is; limb: True where that is looked for, else a critical curve;
+    reach: how many lengths of the chord the curve may be away.
     """
 
     base: Float[Array, "lines 2"]
     left: Float[Array, "lines 2"]
     limb: Bool[Array, " lines"]
+    reach: Float[Array, " lines"]
 
     def at(self, patch: Patch, way: Float[Array, " lines"]) -> tuple[Seen, Float[Array, " lines"], Array]:
         """Rays on the lines, what vanishes on the curve, and its error."""
@@ -101,21 +107,26 @@ class _Search(Rows):
 
 def on_curves(
     patch: Patch,
-    scale: Float[Array, "chords 2"],
+    axes: Float[Array, "chords 2 2"],
     start: Float[Array, "chords 2"],
     stop: Float[Array, "chords 2"],
     part: Float[Array, "chords parts"],
     order: Int[Array, " chords"],
+    rising: Float[Array, " chords"],
 ) -> OnCurves:
     """Places at parts of chords, led across them to the limb, where the order is 0, or to critical curves.
 
-    scale: lengths on the chart that are taken for equal.
+    rising: 1 where what vanishes there grows to the left of the chord, -1 where it falls, and 0 where that is unknown.
+    axes: rows, two vectors on the chart that are taken for equally long and normal to each other.
     """
-    chord = (stop - start) / scale
-    left = np.stack([-chord[:, 1], chord[:, 0]], axis=-1) * scale
+    chord = np.einsum("ni,nij->nj", stop - start, np.linalg.inv(axes))
+    left = np.einsum("ni,nij->nj", np.stack([-chord[:, 1], chord[:, 0]], axis=-1), axes)
     base = start[:, None] + part[..., None] * (stop - start)[:, None]
     count = part.shape[1]
-    lines = _Lines(base.reshape(-1, 2), np.repeat(left, count, axis=0), np.repeat(order == 0, count))
+    reach = np.maximum(_FARTHEST, _REACH / np.maximum(lengths(chord), 1e-300))
+    columns = (np.repeat(column, count, axis=0) for column in (left, order == 0, reach))
+    lines = _Lines(base.reshape(-1, 2), *columns)
+    wanted = np.repeat(rising, count)
     search, lever = _begun(patch, lines)
     active = np.arange(len(lines.base))
     for _ in range(_MOST_STEPS):
@@ -125,11 +136,16 @@ def on_curves(
         here = search[active]
         way = here.ahead
         search = search.updated(active, here.moved(way, *lines[active].at(patch, way)[1:]))
+    astray = ~(search.slope * wanted >= 0) | ~(np.abs(search.value) <= _MOST_ERRORS * search.error)
+    here = np.flatnonzero(astray & (wanted != 0))
+    if 0 < len(here) <= _MOST_ASTRAY:
+        search = search.updated(here, _bracketed(patch, lines[here], wanted[here], search[here]))
     seen, value, error = lines.at(patch, search.way)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         off = (np.abs(value) + error) / np.abs(search.slope)
         lost = (np.abs(value) > _MOST_ERRORS * error) & (off > _SMALL)
-    off = np.where(lost | ~np.isfinite(off), np.inf, off * lever)
+        lost |= search.slope * wanted < 0
+        off = np.where(lost | ~np.isfinite(off), np.inf, off * lever)
     place = (lines.base + search.way[:, None] * lines.left).reshape(*part.shape, 2)
     return OnCurves(place, seen, search.slope.reshape(part.shape), off.reshape(part.shape))
 
@@ -142,20 +158,48 @@ def _begun(patch: Patch, lines: _Lines) -> tuple[_Search, Float[Array, " lines"]
     return _Search(first, zero, other, value, error, (other - value) / _FIRST), lever
 
 
+def _bracketed(patch: Patch, lines: _Lines, rising: Float[Array, " lines"], search: _Search) -> _Search:
+    """The search where the secant method led to another branch of the curve, or nowhere: the nearest that will do."""
+    count = len(lines.base)
+    ways = np.sign(_WAYS) * _LEAST * np.expm1(np.abs(_WAYS) * np.log1p(lines.reach / _LEAST)[:, None])
+    value = lines[np.repeat(np.arange(count), len(_WAYS))].at(patch, ways.ravel())[1].reshape(count, -1)
+    value = value * rising[:, None]
+    passes = (value[:, :-1] < 0) & (value[:, 1:] >= 0)
+    away = np.where(passes, np.abs(ways[:, 1:] + ways[:, :-1]), np.inf)
+    best = np.argmin(away, axis=1)
+    rows = np.flatnonzero(np.isfinite(away[np.arange(count), best]))
+    if not len(rows):
+        return search
+    low, high = ways[rows, best[rows]], ways[rows, best[rows] + 1]
+    root = elementwise.find_root(
+        lambda way, row: lines[row.astype(int)].at(patch, way)[1], (low, high), args=(rows,), tolerances=_TIGHT
+    )
+    way = np.where(np.isfinite(root.x), root.x, (low + high) / 2)
+    step = 1e-3 * (high - low)
+    (_, here, error), (_, beside, _) = (lines[rows].at(patch, w) for w in (way, way + step))
+    slope = (beside - here) / step
+    return search.updated(rows, _Search(way + step, way, beside, here, error, slope))
+
+
 def meetings(
-    patch: Patch, scale: Float[Array, "steps 2"], start: Float[Array, "steps 2"], stop: Float[Array, "steps 2"]
+    patch: Patch,
+    axes: Float[Array, "steps 2 2"],
+    start: Float[Array, "steps 2"],
+    stop: Float[Array, "steps 2"],
+    rising: Float[Array, " steps"],
 ) -> Float[Array, "steps 2"]:
     """Places on the limb, between ends of steps along it, where beams are flat."""
     if not len(start):
         return start
 
     def place(part: Array, *ends: Array) -> Array:
-        a, b, sides = (np.stack(ends[i : i + 2], axis=-1) for i in (0, 2, 4))
-        return on_curves(patch, sides, a, b, part[:, None], np.zeros(len(a), int)).place[:, 0]
+        a, b, *sides = (np.stack(ends[i : i + 2], axis=-1) for i in (0, 2, 4, 6))
+        order, axes = np.zeros(len(a), int), np.stack(sides, axis=1)
+        return on_curves(patch, axes, a, b, part[:, None], order, ends[8]).place[:, 0]
 
     def value(part: Array, *ends: Array) -> Array:
         return patch.seen(*place(part, *ends).T).ratio
 
-    args = (*start.T, *stop.T, *scale.T)
+    args = (*start.T, *stop.T, *axes.reshape(-1, 4).T, rising)
     root = elementwise.find_root(value, (np.zeros(len(start)), np.ones(len(start))), args=args, tolerances=_TIGHT)
     return place(np.where(np.isfinite(root.x), root.x, 0.5), *args)

@@ -6,15 +6,14 @@ within a cell each step leads from one of these nodes to another, or where curve
 """
 
 import math
-from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 from scipy.optimize import elementwise
 
 from kerrcaustics.extended_sources.chart_curves import meetings
+from kerrcaustics.extended_sources.chart_grid import CORNERS, SIDES, ChartGrid
 from kerrcaustics.extended_sources.patches import Patch
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import lengths
@@ -22,13 +21,9 @@ from kerrcaustics.spacetime.sphere import lengths
 Array = np.ndarray
 
 _TURN = 2 * math.pi
-# Cells in edge phase, and in height, at first; longest image of a side of a cell in radii of the limb; most cells, and
-# in one direction; how far from the limb, in diagonals of its image, a cell is looked at more closely.
-_PHASES, _HEIGHTS, _LONGEST, _MOST_CELLS, _FINEST, _REACH = 96, 24, 0.4, 20_000, 1 << 48, 1.0
+# Most cells, and in one direction; how often cells are halved again where curves in them are in doubt.
+_MOST_CELLS, _FINEST, _MOST_RETRIES = 20_000, 1 << 48, 3
 _TIGHT = {"xatol": 1e-15, "xrtol": 1e-15}
-# Corners of a cell, and its sides from corner to corner, in (phase, height).
-_CORNERS = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
-_SIDES = np.array([(0, 1), (1, 2), (3, 2), (0, 3)])
 
 
 @dataclass(frozen=True)
@@ -49,7 +44,9 @@ class Steps(Rows):
     """Steps along curves, from node to node, each within a cell.
 
     order: 0 along the limb, else of the critical curve; index: of the images on the limb; left, right: numbers of the
-    nodes; start, stop: places on the chart, edge phases not more than a cell apart; scale: sides of the cell.
+    nodes; start, stop: places on the chart, edge phases not more than a cell apart; axes: rows, both sides of the cell
+    on the chart; rising: 1 where the disc lies to the right of the limb, -1 where to the left, and 0 along critical
+    curves.
     """
 
     order: Int[Array, " steps"]
@@ -58,7 +55,8 @@ class Steps(Rows):
     right: Int[Array, " steps"]
     start: Float[Array, "steps 2"]
     stop: Float[Array, "steps 2"]
-    scale: Float[Array, "steps 2"]
+    axes: Float[Array, "steps 2 2"]
+    rising: Float[Array, " steps"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,82 +74,9 @@ class Contours:
         return int(max(number.max(initial=-1) for number in numbers))
 
 
-class _Grid:
-    """Cells of one size, on a chart that closes after a turn; cells: numbers (phase, height)."""
-
-    def __init__(self, patch: Patch) -> None:
-        self.patch, self.count = patch, np.array([_PHASES, _HEIGHTS])
-        self.cells = np.stack(np.meshgrid(*(np.arange(n) for n in self.count), indexing="ij"), axis=-1).reshape(-1, 2)
-        self.traced()
-
-    @property
-    def size(self) -> Float[Array, " 2"]:
-        return np.array([_TURN, self.patch.high - self.patch.low]) / self.count
-
-    def place(self, number: Array) -> Float[Array, "*batch 2"]:
-        return np.array([0.0, self.patch.low]) + number * self.size
-
-    def traced(self) -> None:
-        """Trace all corners, each once."""
-        corners = self.cells[:, None] + _CORNERS
-        corners[..., 0] %= self.count[0]
-        flat, back = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
-        self.corners, self.which = flat, back.reshape(-1, 4)
-        self.seen = self.patch.seen(*self.place(flat).T)
-
-    def near(self) -> Bool[Array, " cells"]:
-        """True for cells on the limb, and those within the disc that a critical curve passes."""
-        height, index = self.seen.height[self.which], self.seen.index[self.which]
-        highest = self.patch.max_index
-        along, across = self.sides()
-        reach = _REACH * np.hypot(along, across)
-        known = np.isfinite(height).all(axis=1)
-        limb = np.abs(height).min(axis=1) < reach
-        limb |= (height.min(axis=1) < 0) & (height.max(axis=1) >= 0)
-        mixed = (index.max(axis=1) > index.min(axis=1)) & (height.min(axis=1) < reach)
-        return known & (limb | mixed) & (index.min(axis=1) <= highest)
-
-    def sides(self) -> tuple[Float[Array, " cells"], Float[Array, " cells"]]:
-        """Lengths of the images of cells, along the phase and along the height."""
-        place = self.seen.place[self.which]
-        return tuple(
-            np.maximum(lengths(place[:, a] - place[:, b]), lengths(place[:, c] - place[:, d]))
-            for a, b, c, d in ((0, 1, 3, 2), (0, 3, 1, 2))
-        )
-
-    def halved(self, directions: Bool[Array, " 2"]) -> None:
-        """Halve all cells."""
-        parts = 1 + directions.astype(int)
-        offsets = np.stack(np.meshgrid(*(np.arange(n) for n in parts), indexing="ij"), axis=-1).reshape(-1, 2)
-        self.cells = (self.cells[:, None] * parts + offsets).reshape(-1, 2)
-        self.count = self.count * parts
-        self.traced()
-
-    def groups(self) -> "list[tuple[_Grid, Bool[Array, ' 2']]]":
-        """The cells in which curves lie, apart where they do not touch and should be halved in other directions."""
-        near = np.flatnonzero(self.near())
-        if not len(near):
-            return []
-        which, longest = self.which[near], _LONGEST * self.patch.disc.smaller
-        entries = np.ones(which.size), (np.repeat(np.arange(len(near)), 4), len(near) + which.ravel())
-        graph = scipy.sparse.coo_matrix(entries, shape=(len(near) + len(self.corners),) * 2)
-        label = scipy.sparse.csgraph.connected_components(graph, directed=False)[1][: len(near)]
-        along, across = (np.zeros(label.max() + 1) for _ in range(2))
-        for most, side in zip((along, across), self.sides(), strict=True):
-            np.maximum.at(most, label, side[near])
-        wide, high = along > np.maximum(longest, across / 2), across > np.maximum(longest, along / 2)
-        kind = (2 * wide + high)[label]
-        parts = []
-        for one in np.unique(kind).tolist():
-            part = copy(self)
-            part.cells, part.which = self.cells[near[kind == one]], self.which[near[kind == one]]
-            parts.append((part, np.array([one >= 2, one % 2 == 1])))
-        return parts
-
-
 def contours(patch: Patch) -> Contours:
     """The limb of the disc of a chart, and the critical curves within the disc."""
-    grids, parts = [_Grid(patch)], [Contours(_no_nodes(), _no_steps(), ())]
+    grids, parts = [ChartGrid(patch)], [Contours(_no_nodes(), _no_steps(), ())]
     while grids:
         for grid, directions in grids.pop().groups():
             fine = len(grid.cells) <= _MOST_CELLS and grid.count.max() <= _FINEST
@@ -161,13 +86,20 @@ def contours(patch: Patch) -> Contours:
                 grid.halved(directions)
                 grids.append(grid)
             else:
-                parts.append(_linked(grid, 1 + max(part.last_node for part in parts)))
+                linked = _linked(grid, 1 + max(part.last_node for part in parts))
+                if linked.remarks and grid.retries < _MOST_RETRIES:
+                    # Curves that pass a cell twice look as if they ended there.
+                    grid.retries += 1
+                    grid.halved(np.array([True, True]))
+                    grids.append(grid)
+                else:
+                    parts.append(linked)
     remarks = dict.fromkeys(remark for part in parts for remark in part.remarks)
     nodes, steps = [part.nodes for part in parts], [part.steps for part in parts]
     return Contours(nodes[0].joined(*nodes[1:]), steps[0].joined(*steps[1:]), tuple(remarks))
 
 
-def _linked(grid: _Grid, first: int) -> Contours:
+def _linked(grid: ChartGrid, first: int) -> Contours:
     """The curves in cells; first: number of the first node."""
     crossed = _crossed(grid)
     steps, doubts = _steps(grid, crossed)
@@ -183,12 +115,12 @@ def _no_nodes() -> Nodes:
 
 def _no_steps() -> Steps:
     number, place = np.empty(0, int), np.empty((0, 2))
-    return Steps(number, number, number, number, place, place, place)
+    return Steps(number, number, number, number, place, place, np.empty((0, 2, 2)), np.empty(0))
 
 
 @dataclass(frozen=True, eq=False)
 class _Crossed:
-    """Where curves pass the sides of cells.
+    """Crossings of curves with the sides of cells.
 
     limb, critical: the number of the node on each side of each cell, -1 where there is none; remarks.
     """
@@ -199,9 +131,9 @@ class _Crossed:
     remarks: tuple[str, ...]
 
 
-def _crossed(grid: _Grid) -> _Crossed:
+def _crossed(grid: ChartGrid) -> _Crossed:
     """The nodes on all sides of cells, each side once."""
-    ends = grid.which[:, _SIDES].reshape(-1, 2)
+    ends = grid.which[:, SIDES].reshape(-1, 2)
     sides, back = np.unique(ends, axis=0, return_inverse=True)
     height, index = grid.seen.height[sides], grid.seen.index[sides]
     low = grid.place(grid.corners[sides[:, 0]])
@@ -250,17 +182,18 @@ def _roots(patch: Patch, low: Array, step: Array, field: str) -> Float[Array, "s
     return low + np.where(np.isfinite(root.x), root.x, 0.5)[:, None] * step
 
 
-def _steps(grid: _Grid, crossed: _Crossed) -> tuple[Steps, tuple[str, ...]]:
+def _steps(grid: ChartGrid, crossed: _Crossed) -> tuple[Steps, tuple[str, ...]]:
     """Steps within cells, and what is in doubt."""
     nodes, highest = crossed.nodes, grid.patch.max_index
-    cell, left, right = _pairs(grid, crossed.limb)
+    cell, left, right, cut = _pairs(grid, crossed.limb)
     one, other = nodes.index[left], nodes.index[right]
     used = np.minimum(one, other) <= highest
     base = grid.place(grid.cells[cell])
     ends = [_beside(base, nodes.place[i]) for i in (left, right)]
-    along = Steps(np.zeros(len(cell), int), one, left, right, ends[0], ends[1], _sized(grid, cell))
+    rising = _rising(grid, cell, ends, cut)
+    along = Steps(np.zeros(len(cell), int), one, left, right, ends[0], ends[1], _sized(grid, cell), rising)
     bent = np.flatnonzero(used & (np.abs(one - other) == 1))
-    place = meetings(grid.patch, _sized(grid, bent), ends[0][bent], ends[1][bent])
+    place = meetings(grid.patch, _sized(grid, bent), ends[0][bent], ends[1][bent], rising[bent])
     event = len(nodes.order) + np.arange(len(bent))
     steps = along[used & (one == other)].joined(
         replace(along[bent], right=event, stop=place),
@@ -283,9 +216,9 @@ class _OnCurve(Rows):
     place: Float[Array, "nodes 2"]
 
 
-def _sized(grid: _Grid, cell: Int[Array, " n"]) -> Float[Array, "n 2"]:
+def _sized(grid: ChartGrid, cell: Int[Array, " n"]) -> Float[Array, "n 2 2"]:
     """The sides of cells."""
-    return np.tile(grid.size, (len(cell), 1))
+    return np.tile(grid.axes, (len(cell), 1, 1))
 
 
 def _beside(base: Float[Array, "n 2"], place: Float[Array, "n 2"]) -> Float[Array, "n 2"]:
@@ -293,28 +226,44 @@ def _beside(base: Float[Array, "n 2"], place: Float[Array, "n 2"]) -> Float[Arra
     return base + _wrapped(place - base)
 
 
-def _pairs(grid: _Grid, at: Int[Array, "cells 4"]) -> tuple[Array, Array, Array]:
-    """Cells through which the limb passes, and the nodes at both ends of each step; in some there are two."""
+def _pairs(grid: ChartGrid, at: Int[Array, "cells 4"]) -> tuple[Array, Array, Array, Array]:
+    """Cells through which the limb passes, the nodes at both ends of each step, and a corner beside it.
+
+    In some cells there are two steps.
+    """
     count = (at >= 0).sum(axis=1)
     two = np.flatnonzero(count == 2)
     ends = np.sort(np.where(at[two] >= 0, np.arange(4), 9), axis=1)[:, :2]
-    rows = [(two, at[two, ends[:, 0]], at[two, ends[:, 1]])] if len(two) else []
+    rows = [(two, *ends.T)] if len(two) else []
     four = np.flatnonzero(count == 4)
     if len(four):
         middle = grid.patch.seen(*grid.place(grid.cells[four] + 0.5).T).height < 0
         # The corners that are like the middle are joined through it; sides run below, right, above, left.
         joined = middle == (grid.seen.height[grid.which[four, 0]] < 0)
-        one = np.where(joined[:, None], [0, 1], [0, 3])
-        other = np.where(joined[:, None], [2, 3], [1, 2])
-        rows += [(four, at[four, pair[:, 0]], at[four, pair[:, 1]]) for pair in (one, other)]
+        rows += [
+            (four, np.zeros(len(four), int), np.where(joined, 1, 3)),
+            (four, np.where(joined, 2, 1), np.where(joined, 3, 2)),
+        ]
     if not rows:
         none = np.empty(0, int)
-        return none, none, none
-    cells, left, right = (np.concatenate(column) for column in zip(*rows, strict=True))
-    return cells, left, right
+        return none, none, none, none
+    cells, one, other = (np.concatenate(column) for column in zip(*rows, strict=True))
+    # Neighbouring sides share the corner that the step cuts off.
+    cut = np.where((one == 0) & (other == 3), 0, other)
+    return cells, at[cells, one], at[cells, other], cut
 
 
-def _critical(grid: _Grid, crossed: _Crossed, events: _OnCurve) -> tuple[Steps, tuple[str, ...]]:
+def _rising(
+    grid: ChartGrid, cell: Int[Array, " steps"], ends: list[Float[Array, "steps 2"]], cut: Int[Array, " steps"]
+) -> Float[Array, " steps"]:
+    """1 where the disc lies to the right of a step, else -1; cut: a corner beside it."""
+    chord, corner = ends[1] - ends[0], grid.place(grid.cells[cell] + CORNERS[cut]) - ends[0]
+    to_left = chord[:, 0] * corner[:, 1] > chord[:, 1] * corner[:, 0]
+    inside = grid.seen.height[grid.which[cell, cut]] < 0
+    return np.where(to_left == inside, -1.0, 1.0)
+
+
+def _critical(grid: ChartGrid, crossed: _Crossed, events: _OnCurve) -> tuple[Steps, tuple[str, ...]]:
     """Steps along critical curves within the disc; events: where they meet the limb."""
     cell, side = np.nonzero(crossed.critical >= 0)
     number = crossed.critical[cell, side]
@@ -328,8 +277,17 @@ def _critical(grid: _Grid, crossed: _Crossed, events: _OnCurve) -> tuple[Steps, 
         odd += len(left) % 2
         while len(left) > 1:
             one = left.pop(0)
-            away = lengths((every.place[one] - every.place[left]) / grid.size)
+            away = lengths((every.place[one] - every.place[left]) @ np.linalg.inv(grid.axes))
             pairs.append(np.array([[one, left.pop(int(np.argmin(away)))]]))
     one, other = (every[side] for side in np.concatenate(pairs).T)
-    steps = Steps(one.order, one.order, one.number, other.number, one.place, other.place, _sized(grid, one.cell))
+    steps = Steps(
+        one.order,
+        one.order,
+        one.number,
+        other.number,
+        one.place,
+        other.place,
+        _sized(grid, one.cell),
+        np.zeros(len(one)),
+    )
     return steps, ((f"{odd} steps along critical curves end nowhere",) if odd else ())

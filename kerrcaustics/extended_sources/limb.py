@@ -84,7 +84,7 @@ class GuessedArcs(Rows):
 
 
 @dataclass(frozen=True)
-class _Offset:
+class Offset:
     """The way to the limb: its length, positive inward; unit vectors inward; errors of the length."""
 
     length: Float[Array, "*batch"]
@@ -168,7 +168,7 @@ class Limb:
 
     def _moved(
         self, sky: _Places, arcs: GuessedArcs, parts: Float[Array, "#arcs nodes"], size: _OfArcs
-    ) -> tuple[_Places, _Offset]:
+    ) -> tuple[_Places, Offset]:
         """Directions moved toward the limb, and the way there that was seen.
 
         parts: places along arcs, in (-1, 1), where they are; size: of the arcs, radians.
@@ -177,7 +177,7 @@ class Limb:
         beams = trace_beams(
             self.camera, flat, "auto", TOLERANCE, end=self.surface.bare(), crossings=False, redshift=False
         )
-        offset = self._offset(flat, beams)
+        offset = self.offset(flat, beams)
         star = self.circle.place(_longitude(arcs.links, parts).ravel())
         step = beams.pulled_back(flat, flattened(beams.direction, star - beams.direction))
         most = np.where(arcs.at_fold, _LONGEST_AT_FOLD, _LONGEST_STEP) * size
@@ -189,12 +189,13 @@ class Limb:
         size = np.repeat(size, shape[1])
         most = _LONGEST_PART * size[far]
         step[far] = np.clip(np.nan_to_num(offset.length[far], posinf=0), -most, most)[:, None] * offset.inward[far]
-        seen = _Offset(*(values.reshape(shape[:2] + values.shape[1:]) for values in vars(offset).values()))
+        seen = Offset(*(values.reshape(shape[:2] + values.shape[1:]) for values in vars(offset).values()))
         # Steps bend with the layers of images next to the hole, which are thinner than the ring is bent.
         reached = chart_of(self.camera).stepped(flat, step, np.ones(len(flat)))[0]
         return reached.reshape(shape), seen
 
-    def _offset(self, sky: Float[Array, "n 3"], beams: Beams) -> _Offset:
+    def offset(self, sky: Float[Array, "n 3"], beams: Beams) -> Offset:
+        """The way to the limb from directions that have been traced."""
         upward = flattened(beams.direction, self.circle.upward_and_east(beams.direction)[0])
         one, other = np.einsum("nij,ni->jn", beams.jacobian, upward)[..., None]
         first, second = tangent_basis(sky)
@@ -203,7 +204,7 @@ class Limb:
         with np.errstate(divide="ignore", invalid="ignore"):
             inward = np.nan_to_num(gradient / steep[:, None])
             length, error = -self.circle.height(beams.direction) / steep, beams.error / steep
-        return _Offset(np.where(np.isfinite(length), length, np.inf), inward, error)
+        return Offset(np.where(np.isfinite(length), length, np.inf), inward, error)
 
 
 def _longitude(links: Links, parts: Float[Array, "#arcs nodes"]) -> _Reals:

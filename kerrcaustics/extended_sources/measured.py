@@ -98,5 +98,5 @@ def _measured(
     nested: bool,
 ) -> MeasuredDisc:
     if certificate_of(surface, viewer, max_index).follows:
-        return measured_on_sheets(viewer, surface, centre, angle, max_index, weight)
-    return measured_on_charts(viewer, surface, centre, angle, max_index, nested=nested)
+        return measured_on_sheets(viewer, surface, centre, angle, max_index, weight).doubted_if_unknown()
+    return measured_on_charts(viewer, surface, centre, angle, max_index, nested=nested).doubted_if_unknown()

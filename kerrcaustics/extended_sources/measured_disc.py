@@ -50,6 +50,12 @@ class MeasuredDisc:
             return found
         return replace(found, error=math.inf, share_errors=np.full(len(self.shares), math.inf))
 
+    def doubted_if_unknown(self) -> "MeasuredDisc":
+        """The same, not certified where its error is larger than its area."""
+        if not self.certified or self.error <= self.area or self.error == 0:
+            return self
+        return replace(self, remarks=("the error is larger than the light",))
+
     def between(self, low: "MeasuredDisc", high: "MeasuredDisc") -> "MeasuredDisc":
         """The same disc, its images between those of a smaller disc and of a larger one."""
         return replace(
@@ -61,7 +67,7 @@ class MeasuredDisc:
             shares=(low.shares + high.shares) / 2,
             share_errors=np.maximum(low.share_errors, high.share_errors) + np.abs(high.shares - low.shares) / 2,
             moment=(low.moment + high.moment) / 2,
-        )
+        ).doubted_if_unknown()
 
 
 def summed(

@@ -213,7 +213,7 @@ def _chosen(disc: Disc, parts: list[tuple[Array, Array, Array]]) -> _Witnesses:
 def _checked(
     camera: Viewer, patches: list[Patch], parts: list[ChartArcs], max_index: int, witnesses: _Witnesses
 ) -> list[str]:
-    """What speaks against the boundary of the images: ends of arcs, and windings about witnesses."""
+    """Faults of the boundary of the images: ends of arcs, and windings about witnesses."""
     hole, remarks, wrong = _hole(camera), [], 0
     for patch, part in zip(patches, parts, strict=True):
         here = witnesses[witnesses.second_arrival == patch.second_arrival]

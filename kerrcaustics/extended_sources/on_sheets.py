@@ -1,11 +1,13 @@
 """The images of a disc on a sphere that rays reach once: areas by Morse index, certified that none is missing."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from kerrcaustics.beams.ends import End
+from kerrcaustics.extended_sources.about_axis import limb_about_axis, symmetric
 from kerrcaustics.extended_sources.arcs import BoundaryArcs, with_ends
 from kerrcaustics.extended_sources.area import (
     Weight,
@@ -16,7 +18,7 @@ from kerrcaustics.extended_sources.area import (
     turns_about,
     winding,
 )
-from kerrcaustics.extended_sources.critical_arcs import critical_arcs
+from kerrcaustics.extended_sources.critical_arcs import Crossings, critical_arcs
 from kerrcaustics.extended_sources.limb import GuessedArcs, Limb
 from kerrcaustics.extended_sources.measured_disc import MeasuredDisc, summed
 from kerrcaustics.extended_sources.nearby_caustics import distance, refined_near
@@ -28,7 +30,6 @@ from kerrcaustics.spacetime.sphere import moved
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.level_curves.branches import Branches
 from kerrcaustics.tracks.level_curves.circle import Circle
-from kerrcaustics.tracks.level_curves.path_events import PathEvents
 
 Array = np.ndarray
 
@@ -61,13 +62,10 @@ def measured_on_sheets(
     """The images of a disc on a sphere that rays reach once; parameters as for `measured`."""
     rim = Circle.about(centre, angle)
     sheets = refined_near(sheets_of(viewer, max_index, surface), rim)
-    guessed, events, remarks = _guessed(sheets, viewer, rim)
     sky = search_sky(viewer)
-    wanted = _WANTED * _about(guessed, sheets)
-    first = _next_node(guessed.links.left, guessed.links.right)
-    arcs, doubtful = Limb(sheets.camera, surface, rim).arcs(guessed, first, wanted)
-    doubts = (f"{doubtful} arcs of the limb are in doubt",) if doubtful else ()
-    critical, lost = _critical(sheets, rim, events, arcs, wanted)
+    limb = _limb(sheets, viewer, rim)
+    arcs, crossings = limb.arcs, limb.crossings
+    critical, lost = _critical(sheets, rim, limb)
     whole = arcs.joined(critical)
     hole = _searched_hole(sheets)
     is_limb = np.arange(len(whole)) < len(arcs)
@@ -83,28 +81,58 @@ def measured_on_sheets(
 
     area = 4 * math.pi * math.sin(angle / 2) ** 2
     disc = summed(sky, hole, (angle, area), whole, signs, max_index, weight)
-    wrong = _checked(sheets, rim, disc.arcs, disc.sign, beside_caustics=events is not None)
-    return disc.doubted(doubts, remarks + lost + wrong)
+    wrong = _checked(sheets, rim, disc.arcs, disc.sign, beside_caustics=crossings is not None)
+    return disc.doubted(limb.doubts, limb.faults + lost + wrong)
 
 
-def _guessed(sheets: Sheets, viewer: Viewer, rim: Circle) -> tuple[GuessedArcs, PathEvents | None, tuple[str, ...]]:
-    """Guesses of the arcs of the limb, the events on it, none where no caustic is near, and what is in doubt."""
+@dataclass(frozen=True, eq=False)
+class _Followed:
+    """The images of the limb of a disc.
+
+    crossings: None where no caustic is near; wanted: error of areas, square radians; doubts, faults: as for
+    `MeasuredDisc.doubted`.
+    """
+
+    arcs: BoundaryArcs
+    crossings: Crossings | None
+    wanted: float
+    doubts: tuple[str, ...] = ()
+    faults: tuple[str, ...] = ()
+
+
+def _limb(sheets: Sheets, viewer: Viewer, rim: Circle) -> _Followed:
     nearest = min(distance(curve, rim.axes[2]) for curve in sheets.curves)
     if nearest > _CLEAR * rim.angle:
         guessed = of_small_images(sheets, rim)
         if guessed is not None:
-            return guessed, None, ()
+            return _brought(sheets, rim, guessed, None, ())
+    if symmetric(sheets):
+        wanted = _WANTED * _about(limb_about_axis(sheets, rim, math.inf), sheets)
+        touched = [curve.order for curve in sheets.curves if abs(rim.height(curve.points.direction)).min() < curve.blur]
+        faults = tuple(f"the limb passes the caustic of order {k}, which is a point" for k in touched)
+        return _Followed(limb_about_axis(sheets, rim, wanted), Crossings.none(), wanted, (), faults)
     branches = Branches(sheets, viewer, rim, _LONGEST_STEP)
     events = branches.events
-    remarks = [*events.remarks, *branches.remarks]
+    faults = [*events.remarks, *branches.remarks]
     if not events.known.all():
-        remarks.append(f"the counts beside {(~events.known).sum()} events on the limb are not what they should be")
-    return of_branches(branches), events, tuple(remarks)
+        faults.append(f"the counts beside {(~events.known).sum()} events on the limb are not what they should be")
+    crossings = Crossings(events.order, events.points.edge_phase)
+    return _brought(sheets, rim, of_branches(branches), crossings, tuple(faults))
 
 
-def _about(guessed: GuessedArcs, sheets: Sheets) -> float:
+def _brought(
+    sheets: Sheets, rim: Circle, guessed: GuessedArcs, crossings: Crossings | None, faults: tuple[str, ...]
+) -> _Followed:
+    """Guesses brought to the limb."""
+    wanted = _WANTED * _about(guessed.arcs(), sheets)
+    first = _next_node(guessed.links.left, guessed.links.right)
+    arcs, doubtful = Limb(sheets.camera, sheets.surface, rim).arcs(guessed, first, wanted)
+    doubts = (f"{doubtful} arcs of the limb are in doubt",) if doubtful else ()
+    return _Followed(arcs, crossings, wanted, doubts, faults)
+
+
+def _about(arcs: BoundaryArcs, sheets: Sheets) -> float:
     """The area of the images, about, on the search sky: square radians."""
-    arcs = guessed.arcs()
     points = with_ends(arcs.start, arcs.points, arcs.stop)
     hole = _searched_hole(sheets)
     found = boundaries(arcs, points, arcs.error, _parity(arcs), hole)
@@ -125,16 +153,15 @@ def _parity(arcs: BoundaryArcs) -> Float[Array, " arcs"]:
     return 1.0 - 2 * (arcs.index % 2)
 
 
-def _critical(
-    sheets: Sheets, rim: Circle, events: PathEvents | None, arcs: BoundaryArcs, wanted: float
-) -> tuple[BoundaryArcs, tuple[str, ...]]:
+def _critical(sheets: Sheets, rim: Circle, limb: _Followed) -> tuple[BoundaryArcs, tuple[str, ...]]:
     """The arcs of all critical curves within the images of the disc, and what is in doubt."""
-    found, remarks = arcs[:0], ()
-    if events is None:
+    found, remarks = limb.arcs[:0], ()
+    if limb.crossings is None:
         return found, remarks
     for curve in sheets.curves:
-        whole = arcs.joined(found)
-        more, doubts = critical_arcs(sheets, rim, events, curve, _next_node(whole.left, whole.right), wanted)
+        whole = limb.arcs.joined(found)
+        first = _next_node(whole.left, whole.right)
+        more, doubts = critical_arcs(sheets, rim, limb.crossings, curve, first, limb.wanted)
         found, remarks = found.joined(more), remarks + doubts
     return found, remarks
 
@@ -149,7 +176,7 @@ def _sense(sheets: Sheets, sky: SearchSky, hole: Float[Array, " axes"]) -> float
 def _checked(
     sheets: Sheets, rim: Circle, arcs: BoundaryArcs, sign: Float[Array, " arcs"], *, beside_caustics: bool
 ) -> tuple[str, ...]:
-    """What speaks against the boundary of the images: ends of arcs, and windings about images of places.
+    """Faults of the boundary of the images: ends of arcs, and windings about images of places.
 
     Places within the disc must have all of their images within the boundary, others none.
     """

@@ -17,10 +17,12 @@ from kerrcaustics.beams.ends import End, EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.curves.critical_curves import CriticalCurves
 from kerrcaustics.extended_sources.arcs import unit
+from kerrcaustics.lens_map.circles_in_plane import Circles
 from kerrcaustics.lens_map.domains import Ring, TwoLeaves
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.lens_map.sky_lines import lines_across, periodic
 from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.arrays import Spline
 from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import angle_between, lengths
@@ -34,11 +36,13 @@ _TURN = 2 * math.pi
 # Depths from the rim at which charts end: the sky between is 1e-10 of the rim's distance from the shadow edge wide, or
 # less. And beyond the last critical curve.
 FROM_RIM, _BEYOND = 1e-5, 0.3
-# Edge phases of the lines whose ends are looked at.
-_LINES = 256
-# Circles about a disc in the plane are so many of its radii from its centre; the nearer ones at least this part of the
-# way from the horizon.
-_AROUND, _FROM_HORIZON = 1.25, 0.5
+# Edge phases of the lines whose ends are looked at, at first; rounds of more; what they may miss between these, in
+# parts of the way from end to end.
+_LINES, _MOST_ROUNDS, _BENT = 256, 10, 0.02
+# Circles about a disc in the plane are so many of its radii from its centre, but at least a part of its distance from
+# the horizon, as between the lines that are looked at circles are known less well than that; the nearer ones at least
+# a part of the way from the horizon.
+_AROUND, _LEAST_AROUND, _FROM_HORIZON = 1.25, 0.02, 0.5
 # Steps that tell the sense of a chart; edge phases, and a part of its height, at which it is looked at.
 _STEP, _SENSES, _INSIDE = 1e-4, np.array([0.3, 1.7, 3.1, 4.4, 5.9]), 0.3
 
@@ -95,7 +99,7 @@ class Patch:
     """A chart of directions by edge phase and height, on which light arrives from a disc.
 
     low, high: range of heights; rim: which of both is the rim, -1 for the lower one, 1 for the upper one, 0 if none
-    is.
+    is; open_ended: whether the chart goes on beyond both.
     """
 
     camera: Viewer
@@ -106,6 +110,7 @@ class Patch:
     low: float
     high: float
     rim: int = 0
+    open_ended: bool = False
 
     @property
     def second_arrival(self) -> bool:
@@ -129,7 +134,7 @@ class Patch:
 
     def seen(self, phase: Float[Array, " n"], height: Float[Array, " n"]) -> Seen:
         """The rays at places of the chart."""
-        sky = self.lines(phase, np.clip(height, self.low, self.high))
+        sky = self.lines(phase, height if self.open_ended else np.clip(height, self.low, self.high))
         end = self.surface
         beams = trace_beams(self.camera, sky, "auto", TOLERANCE, end=end, crossings=False, redshift=False)
         place, index = end.ends(beams), np.asarray(beams.index)
@@ -174,11 +179,9 @@ def patches_within(domain: TwoLeaves, curves: CriticalCurves, disc: Disc, max_in
 def patches_in_plane(domain: Ring, disc: Disc, max_index: int) -> list[Patch]:
     """The chart of the lines between two circles about the hole that hold the disc; ValueError if they are not seen."""
     radius, horizon = float(lengths(disc.centre)), kerr.horizon(domain.camera.spin)
-    nearest = radius - disc.size
+    nearest, around = radius - disc.size, max(_AROUND * disc.size, _LEAST_AROUND * (radius - horizon))
     assert isinstance(domain.surface, EquatorialPlane)
-    radii = np.array(
-        [max(radius - _AROUND * disc.size, horizon + _FROM_HORIZON * (nearest - horizon)), radius + _AROUND * disc.size]
-    )
+    radii = np.array([max(radius - around, horizon + _FROM_HORIZON * (nearest - horizon)), radius + around])
     for many in (False, True):
         circles = domain.circles(many=many)
         splines = circles.around(radii)
@@ -190,16 +193,41 @@ def patches_in_plane(domain: Ring, disc: Disc, max_index: int) -> list[Patch]:
             f"every line across the shadow edge, but r = {radii[0]:.6g} or {radii[1]:.6g} is not."
         )
     camera = circles.camera
-    phases = _TURN * (np.arange(_LINES) + 0.5) / _LINES
-    ends = [
-        circles.on_circle(phases, np.full(_LINES, r), spline(phases)).distance
-        for r, spline in zip(radii.tolist(), splines, strict=True)
-        if spline is not None
-    ]
-    rims = periodic(phases, np.stack(ends, axis=-1))
+    rims = _between(circles, radii, [spline for spline in splines if spline is not None])
 
     def sky(phase: Array, height: Array) -> Array:
         low, high = rims(phase).T
         return unit(lines_across(camera, phase).sky(low + height * (high - low)))
 
-    return [Patch(camera, disc, domain.surface.bare(), max_index, sky, 0.0, 1.0)]
+    return [Patch(camera, disc, domain.surface.bare(), max_index, sky, 0.0, 1.0, open_ended=True)]
+
+
+def _between(circles: Circles, radii: Float[Array, " 2"], guesses: list[Spline]) -> Spline:
+    """Distances from the shadow edge of two circles by edge phase, looked at on more lines where they bend."""
+
+    def looked_at(phases: Array) -> Array:
+        columns = [
+            circles.on_circle(phases, np.full(len(phases), r), guess(phases)).distance
+            for r, guess in zip(radii.tolist(), guesses, strict=True)
+        ]
+        return np.stack(columns, axis=-1)
+
+    phases = _TURN * (np.arange(_LINES) + 0.5) / _LINES
+    ends = looked_at(phases)
+    new = np.full(len(phases), True)
+    for _ in range(_MOST_ROUNDS):
+        spline = periodic(phases, ends)
+        near = np.flatnonzero(new)
+        middle = (phases[near] + np.append(phases[1:], phases[0] + _TURN)[near]) / 2
+        seen = looked_at(middle)
+        off = np.abs(spline(middle) - seen).max(axis=1) > _BENT * np.abs(seen[:, 1] - seen[:, 0])
+        if not off.any():
+            break
+        phases, ends = np.append(phases, middle % _TURN), np.concatenate([ends, seen])
+        way = np.argsort(phases)
+        # On both sides of a line that was bent, and of the lines beside it.
+        new = np.append(np.zeros(len(new), bool), off)
+        new[near[off]] = True
+        phases, ends, new = phases[way], ends[way], new[way]
+        new |= np.roll(new, 1) | np.roll(new, -1)
+    return periodic(phases, ends)

@@ -1,4 +1,4 @@
-"""Where the limb of a disc lies on the camera sky, in a few points, with all images of each: guesses of its arcs.
+"""The limb of a disc on the camera sky, in a few points, with all images of each: guesses of its arcs.
 
 Where no caustic reaches the disc, an image of it is a small closed curve, and a few points of the limb, whose images
 are certified, show it. Else the limb is followed as the tracks of stars are (tracks/level_curves/).

@@ -255,7 +255,7 @@ def _without_longest(times: list[float]) -> float:
 
 
 def _time_in_words(frame: float, missing: int, processes: int) -> str:
-    """How long a frame takes, and all that are missing."""
+    """The time for a frame, and for all that are missing."""
     where = f" on {processes} processes" if processes > 1 else ""
     return (
         f"About {in_round_words(frame)} a frame; {missing} frames{where}: {in_round_words(frame * missing / processes)}"

@@ -71,7 +71,7 @@ class FrameStore:
         write_frame(self.path(number), picture, texts if seconds is None else {**texts, _SECONDS_KEY: f"{seconds:.3f}"})
 
     def seconds(self, number: int) -> float | None:
-        """How long a frame took that was drawn just now; None for the first of a process, and for one that failed."""
+        """Time of a frame that was drawn just now; None for the first of a process, and for one that failed."""
         with suppress(Exception), Image.open(self.path(number), formats=["PNG"]) as image:
             return float(image.info[_SECONDS_KEY])
         return None

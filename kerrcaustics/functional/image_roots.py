@@ -68,7 +68,7 @@ class Newton(NamedTuple):
 
 
 class Near(NamedTuple):
-    """Where an image is looked for: a line of sight next to it, the sign of its det J, and the camera's motion."""
+    """The place to look for an image: a line of sight next to it, the sign of its det J, and the camera's motion."""
 
     sky: Array
     sign: Array

@@ -42,7 +42,7 @@ def jacobian(
 def expansion(
     place: Vector, sky: Vector, motion: Moving, *, timed: bool = False
 ) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """What `jacobian` returns, and the derivatives of both by spin, radius, inclination and along `tangents`."""
+    """The values of `jacobian`, and the derivatives of both by spin, radius, inclination and along `tangents`."""
     basis = tangents(sky)
 
     def moved(numbers: Float[Array, "5"]) -> tuple[Any, Any]:

@@ -206,7 +206,7 @@ class Arrivals:
 
     @cached_property
     def beside(self) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-        """How far along the ray the source is, and the radius at which the ray passes it, both over its radius."""
+        """The place of the source along the ray, and the radius at which the ray passes it, both over its radius."""
         long = self.offset * np.stack(self._scales, axis=-1)
         along = (long * self.ahead).sum(axis=1)
         step = long - along[:, None] * self.ahead

@@ -105,7 +105,7 @@ class Passes(Rows):
             return root / square / size**2, 2 * np.sqrt(np.maximum(root, 0)) / square, -half / square, side
 
     def left(self, ahead: Float[Array, "n 3"], size: float) -> Float[Array, " n"]:
-        """What is left to the tip of the image, 1 to 0; negative beyond it, and beyond the last index."""
+        """The part that is left to the tip of the image, 1 to 0; negative beyond it, and beyond the last index."""
         return np.where(self.inside, self.crossed(ahead, size)[0], -1.0)
 
 

@@ -42,7 +42,7 @@ class Turn:
 
 @dataclass(frozen=True)
 class Branch:
-    """One image from its first to its last moment. points: by time; born, dies: its events, None at the span's ends."""
+    """An image from its first to its last moment. points: by time; born, dies: its events, None at the span's ends."""
 
     index: int
     points: CurvePoints

@@ -36,7 +36,7 @@ _OF_RATIO = 1e-13
 
 @dataclass(frozen=True)
 class SeenImages:
-    """One image at the times at which it is there, and what is seen of it. reached: whether it was found itself.
+    """An image at the times at which it is there, and what is seen of it. reached: whether it was found itself.
 
     sky: on the search sky; sky_error on the viewer's; second: which arrival at its sphere.
     """
@@ -161,7 +161,7 @@ def size_and_ratio(rays: Arrivals) -> tuple[Float[Array, " n"], Float[Array, " n
 def _shown(
     rays: Arrivals, these: Array, branch: Branch, time: Float[Array, " n"], done: Bool[Array, " n"]
 ) -> SeenImages:
-    """What is seen of an image, with the errors."""
+    """The values that are seen of an image, with the errors."""
     searched, beams, sky = rays.source.searched, rays.beams, rays.sky[these]
     plus, minus = beams.delta_plus[these], np.abs(beams.delta_minus[these])
     size, ratio = (part[these] for part in size_and_ratio(rays))

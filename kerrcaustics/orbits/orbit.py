@@ -52,7 +52,7 @@ class BodyMotion(Protocol):
         ...
 
     def at(self, time: Float[Array, " n"]) -> BodyPlaces:
-        """Where it is at times within the span."""
+        """Its places at times within the span."""
         ...
 
 
@@ -319,15 +319,15 @@ class _Told:
         return -math.inf, math.inf
 
     def at(self, time: Float[Array, " n"]) -> BodyPlaces:
-        place = self._told(time)
+        place = self._rows(time)
         step = _STEP * np.maximum(np.abs(place[:, 0]), 1.0) ** 1.5
-        around = np.stack([self._told(time + part * step) for part in _STENCIL])
+        around = np.stack([self._rows(time + part * step) for part in _STENCIL])
         rates = np.tensordot(_SLOPES, around, 1) / step[:, None]
         return BodyPlaces(place[:, 0], place[:, 1:], rates[:, 0], rates[:, 1:])
 
-    def _told(self, time: Float[Array, " n"]) -> Float[Array, "n 4"]:
+    def _rows(self, time: Float[Array, " n"]) -> Float[Array, "n 4"]:
         """Radius and unit vector at times."""
-        told = []
+        rows = []
         for moment in time.tolist():
             try:
                 r, theta, phi = (float(part) for part in self.path(moment))
@@ -340,8 +340,8 @@ class _Told:
                 raise ValueError(
                     f"Argument `orbit` must return finite numbers, but at t = {moment:g} returns {(r, theta, phi)}."
                 )
-            told.append([r, *from_angles(theta, phi).tolist()])
-        return np.array(told).reshape(-1, 4)
+            rows.append([r, *from_angles(theta, phi).tolist()])
+        return np.array(rows).reshape(-1, 4)
 
 
 def clock_rates(spin: float, places: BodyPlaces) -> Float[Array, " n"]:

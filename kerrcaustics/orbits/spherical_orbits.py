@@ -23,7 +23,7 @@ _ROUNDING = 4e-15
 
 
 class OrbitPlace(NamedTuple):
-    """Where bodies are: unit vector (n, 3) of theta and phi, its rate (n, 3) by coordinate time, and u^t (n,)."""
+    """Places of bodies: unit vector (n, 3) of theta and phi, its rate (n, 3) by coordinate time, and u^t (n,)."""
 
     vector: Array
     rate: Array
@@ -105,7 +105,7 @@ class SphericalOrbits:
         return some
 
     def at(self, time: ArrayLike) -> OrbitPlace:
-        """Where they are at coordinate times (n,)."""
+        """Their places at coordinate times (n,)."""
         chi = self._angle(np.asarray(time, float))
         t_rate, turn = self._slopes(chi)
         psi = self.node + self._series(1, chi) - self._series(1, self.phase)

@@ -93,7 +93,7 @@ def _panorama(table: tables.PictureTable, folder: Path, frame: Array) -> Panoram
 
 @lru_cache(maxsize=4)
 def response_of(table: str | tables.GridTable, folder: Path, files: Files) -> ResponseLike:
-    """What sees the colours of black bodies; files: as for `sky_of`."""
+    """The response to colours of black bodies; files: as for `sky_of`."""
     if isinstance(table, str):
         return table
     with about(

@@ -15,7 +15,7 @@ _LAST: list[tuple[tuple[Any, ...], TracedView]] = []
 
 
 class FrameContents(NamedTuple):
-    """What a frame shows: the sky, and the radius at which it lies, and matter before it, in what light, and when."""
+    """Contents of a frame: the sky, and the radius at which it lies, and matter before it, in what light, and when."""
 
     sky: Sky | None
     sky_radius: float

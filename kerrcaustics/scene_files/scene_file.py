@@ -243,7 +243,7 @@ class SceneFile:
             return rendered(camera, view, shown, self._motion(time, phi, scale), quality)
 
     def _shown(self, time: float, phi: float, sky_radius: float) -> FrameContents:
-        """What is seen at a time, turned back by the azimuth phi of the camera."""
+        """The scene at a time, turned back by the azimuth phi of the camera."""
         sky, volume = self._sky, self._volume(time)
         if sky is not None and phi != 0:
             sky = TurnedSky(sky, -phi)

@@ -60,7 +60,7 @@ _GEOMETRY = ("theta_min", "theta_max", "phi_min", "phi_max", "theta_extent", "ph
 _VARIABLES: dict[str, list[Quantity]] = {
     "geometry": [
         *(one for about in _of_caustics(*_GEOMETRY) for one in _with_error(about)),
-        Quantity("cusp_count", ("order",), "1", "cusps; -1 where they could not be told", "int16"),
+        Quantity("cusp_count", ("order",), "1", "cusps; -1 where they are not known", "int16"),
         Quantity("closed", ("order",), "1", "1 where the whole curve was found, 0 where not", "int8"),
         *_of_caustics("residual"),
     ],

@@ -44,7 +44,7 @@ class Amplification(FrequencyTable):
     real: Array = quantity("wave", "1", "real part of the field; of an Observer at infinity in GM/c^2")
     imaginary: Array = quantity("wave", "1", "imaginary part")
     error: Array = quantity("wave", "1", "estimated error of the field")
-    method: Array = quantity("wave", "1", "what gave the brightest part: images, fold, ring or line")
+    method: Array = quantity("wave", "1", "what gave the brightest part: images, fold, cusp, ring or line")
     image_index: Array = quantity("image", "1", "Morse index n of each image that takes part")
     image_amplitude: Array = quantity(
         "image", "1", "g sqrt(mu): the modulus of the image's wave; of an Observer at infinity in GM/c^2"
@@ -98,8 +98,8 @@ def amplification(
         math.inf: sources lie on the celestial sphere.
     method : str
         "auto", for each frequency what has the smallest error; or one of these everywhere: "images", their sum; "fold",
-        pairs beside folds by Airy functions; "ring", pairs across an axis by Bessel functions; "line", one integral for
-        each ring.
+        pairs beside folds by Airy functions; "cusp", three images within a cusp by Pearcey's integral; "ring", pairs
+        across an axis by Bessel functions; "line", one integral for each ring.
     progress : callable or bool, optional
         As for `caustics`.
 

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.images.sheets import HIGHEST_INDEX, sheets_of
 from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.spacetime.sphere import from_angles, lengths
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.waves.nearest_curve import FARTHEST, NearestCurve, nearest_curve, next_order
-from kerrcaustics.waves.uniform import fold_pair, ring_pair
+from kerrcaustics.waves.uniform import cusp_triple, fold_pair, ring_pair
 from kerrcaustics.waves.wave_images import WaveImages
 
 Array = np.ndarray
@@ -25,6 +26,8 @@ _DECAY = 10 / 3
 _NOT_ROUND = 0.16
 # What is on a fold, by the amplitude of images beside it that are seen, and the sixth root of the frequency.
 _BESIDE_FOLD = 1.6
+# Position angles beside images, radians, at which a caustic is that from which they come.
+_BESIDE_IMAGES = 0.3
 # Sizes of a caustic beyond which it is small.
 _SMALL = 3.0
 # Errors times the frequency, in parts of the field: of separate images, of a primary ring with its next phase, and of
@@ -32,7 +35,7 @@ _SMALL = 3.0
 _OF_IMAGES, _OF_PRIMARY, _OF_RING, _LONG_WAVES = 0.01, 0.042, 0.06, 0.1
 # Errors of two images as a sum, by the phase between them: at a fold and on a ring, and the next order.
 _AT_FOLD, _ON_RING, _NEXT_ORDER = 0.14, 0.18, 0.7
-# Amplitude of each index by that before, at least, where it cannot be told.
+# Amplitude of each index by that before, at least, where it is not known.
 _LEAST_RATIO = 0.2
 
 
@@ -59,9 +62,9 @@ def best_parts(
     star = from_angles(*place)
     groups = []
     for order in range(1, highest + 2):
-        caustic = sheets.curves.curves[order - 1].points.direction if order <= len(sheets.curves.curves) else None
+        caustic = sheets.curves.curves[order - 1].points if order <= len(sheets.curves.curves) else None
         curve = None
-        near = caustic is not None and lengths(caustic - star).min() < FARTHEST
+        near = caustic is not None and lengths(caustic.direction - star).min() < FARTHEST
         if near and how in ("auto", "line"):
             curve = nearest_curve(sky, sheets.curves, order, star)
         if curve is not None and not curve.is_smooth:
@@ -115,13 +118,13 @@ class _BesideCurve:
     """The images beside a critical curve.
 
     ring: in the order of their position angles; curve: their nearest curve, if it is smooth; order: of the critical
-    curve; caustic: points of its image, None if it is not known; star: direction.
+    curve; caustic: its points, None if they are not known; star: direction.
     """
 
     ring: WaveImages
     curve: NearestCurve | None
     order: int
-    caustic: Float[Array, "points 3"] | None
+    caustic: Points | None
     star: Float[Array, " 3"]
 
     def best(self, omega: Float[Array, " frequencies"], how: str) -> GroupWaves:
@@ -139,7 +142,7 @@ class _BesideCurve:
         return GroupWaves(values[best, columns], errors[best, columns], method, self.order)
 
     def torn(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
-        """What is lost where its images belong to two other groups."""
+        """The part that is lost where its images belong to two other groups."""
         return summed_error(self.ring, omega) + self._beyond_caustic(omega)
 
     def _ways(self, omega: Float[Array, " frequencies"]) -> dict[str, tuple[Array, Array]]:
@@ -162,9 +165,12 @@ class _BesideCurve:
             error = summed_error(ring, omega) + error_of_images(ring, omega)
             ways["images"] = ring.field(omega), error + self._beyond_caustic(omega)
         if len(ring) > 2:
-            value, error = _with_fold(ring, omega, share)
-            ways["fold"] = value, error + self._beyond_caustic(omega)
-        return {name: (value, np.nan_to_num(error, nan=math.inf)) for name, (value, error) in ways.items()}
+            for name, way in (("fold", _with_fold), ("cusp", _with_cusp)):
+                value, error, around = way(ring, omega, share)
+                ways[name] = value, error + self._beyond_caustic(omega, around)
+        return {
+            name: (np.nan_to_num(value), np.nan_to_num(error, nan=math.inf)) for name, (value, error) in ways.items()
+        }
 
     def _not_round(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
         """The error of a ring by its field, as its caustic is no point.
@@ -175,28 +181,37 @@ class _BesideCurve:
         """
         if self.caustic is None:
             return np.zeros(len(omega))
-        middle = self.caustic.mean(axis=0)
+        middle = self.caustic.direction.mean(axis=0)
         x = omega * float(np.ptp(self.ring.time)) / 2
         away = float(np.linalg.norm(self.star - middle))
         with np.errstate(divide="ignore", invalid="ignore"):
-            cusps = float(lengths(self.caustic - middle).max()) / away
+            cusps = float(lengths(self.caustic.direction - middle).max()) / away
             phase = x * cusps / 4
             off = _NOT_ROUND * cusps + phase**2 / 4 + phase * x / (1 + x**2)
             return np.nan_to_num(np.minimum(off, 1.0), nan=1.0)
 
-    def _beyond_caustic(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+    def _beyond_caustic(
+        self, omega: Float[Array, " frequencies"], around: Float[Array, " images"] | None = None
+    ) -> Float[Array, " frequencies"]:
         """Waves that may reach the star from a caustic beside it without an image; they fall as the Airy function does.
 
         On a fold they grow with the sixth root of the frequency. A caustic that is much smaller than its distance has
-        none.
+        none, nor has that part of it which the images at the position angles `around` come from.
         """
         if self.caustic is None or not len(self.ring):
             return np.zeros(len(omega))
-        away = float(lengths(self.caustic - self.star).min())
-        if away > _SMALL * float(lengths(self.caustic - self.caustic.mean(axis=0)).max()):
+        away, place = lengths(self.caustic.direction - self.star), self.caustic.direction
+        if away.min() > _SMALL * float(lengths(place - place.mean(axis=0)).max()):
             return np.zeros(len(omega))
+        if around is not None:
+            line = self.caustic.line_of_sight
+            turn = np.exp(1j * np.arctan2(line[:, 2], line[:, 1]))
+            middle = np.exp(1j * around).mean()
+            spread = float(np.abs(np.angle(np.exp(1j * around) / middle)).max())
+            away = away[np.abs(np.angle(turn / middle)) > spread + _BESIDE_IMAGES]
+        nearest = float(away.min(initial=math.inf))
         bright = float(np.linalg.norm(np.minimum(self.ring.amplitude, 1.0)))
-        return _BESIDE_FOLD * np.maximum(omega, 1.0) ** (1 / 6) * bright * np.exp(-_DECAY * omega * away**1.5)
+        return _BESIDE_FOLD * np.maximum(omega, 1.0) ** (1 / 6) * bright * np.exp(-_DECAY * omega * nearest**1.5)
 
 
 def _two(values: Sequence[float] | Array) -> tuple[float, float]:
@@ -205,8 +220,11 @@ def _two(values: Sequence[float] | Array) -> tuple[float, float]:
 
 def _with_fold(
     ring: WaveImages, omega: Float[Array, " frequencies"], share: Float[Array, " frequencies"]
-) -> tuple[Array, Array]:
-    """The two neighbours that are closest in time as a pair beside a fold, and all others as images."""
+) -> tuple[Array, Array, Array]:
+    """The two neighbours that are closest in time as a pair beside a fold, and all others as images.
+
+    The field, its error, and the position angles of both.
+    """
     gap = _gaps(ring)
     first = int(gap.argmin())
     both = [first, (first + 1) % len(ring)]
@@ -218,7 +236,24 @@ def _with_fold(
     gap[first] = math.inf
     torn = _error_of_pairs(ring, gap, omega, _AT_FOLD)
     own = share * np.maximum(np.abs(value), _airy_scale(pair, omega))
-    return value + rest.field(omega), own + torn + error_of_images(rest, omega)
+    return value + rest.field(omega), own + torn + error_of_images(rest, omega), pair.around
+
+
+def _with_cusp(
+    ring: WaveImages, omega: Float[Array, " frequencies"], share: Float[Array, " frequencies"]
+) -> tuple[Array, Array, Array]:
+    """The same of the three neighbours that are closest in time, as images within a cusp."""
+    gap = _gaps(ring)
+    middle = int(np.maximum(gap, np.roll(gap, 1)).argmin())
+    three = np.array([middle - 1, middle, middle + 1]) % len(ring)
+    triple, rest = ring[three], ring[np.delete(np.arange(len(ring)), three)]
+    index, time, amplitude = triple.index.tolist(), triple.time.tolist(), triple.amplitude.tolist()
+    with np.errstate(invalid="ignore"):
+        value, size = cusp_triple(omega, (index[1], index[0]), (time[0], time[1], time[2]), tuple(amplitude))
+    gap[three[:2]] = math.inf
+    torn = _error_of_pairs(ring, gap, omega, _AT_FOLD)
+    value = value + rest.field(omega)
+    return value, share * np.maximum(size, np.abs(value)) + torn + error_of_images(rest, omega), triple.around
 
 
 def _airy_scale(pair: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:

@@ -74,7 +74,7 @@ class NearestCurve:
         return float(self.amplitude.mean()) * math.sqrt(2 * math.pi)
 
     def nodes(self, omega: float) -> int:
-        """How many nodes the sum needs at a frequency: with fewer it is wrong, and does not show it."""
+        """Number of nodes that the sum needs at a frequency: with fewer it is wrong, and does not show it."""
         return math.ceil(_PER_RADIAN * abs(omega) * self.fastest + _LEAST_NODES)
 
     def field(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
@@ -89,7 +89,7 @@ class NearestCurve:
         return self.turned(omega) * np.concatenate(parts) * (2 * math.pi / count)
 
     def turned(self, omega: Any) -> Any:
-        """What stands before the integral."""
+        """The factor before the integral."""
         turn = np.exp(-0.25j * math.pi - 0.5j * math.pi * (self.order - 1))
         return np.sqrt(omega / (2 * math.pi)) * turn * next_order(self.order, omega)
 

@@ -1,4 +1,4 @@
-"""How honest are the reported errors? True over reported error of random rays of random cameras.
+"""Honesty of the reported errors: true over reported error of random rays of random cameras.
 
     python -m studies.accuracy.error_estimates [cameras] [seed] [engine]
 

@@ -1,4 +1,4 @@
-"""What error costs what time? Errors against studies/truth/truth.json, and times of more rays of the same families.
+"""Error against run time: errors against studies/truth/truth.json, and times of more rays of the same families.
 
     kerrcaustics study accuracy
 
@@ -99,7 +99,7 @@ def time_of_beam(samples: list[tuple[kc.Camera, np.ndarray]], engine: str, toler
 def measured(
     known: list[Known], samples: list[tuple[kc.Camera, np.ndarray]], engine: str, tolerance: float, repeats: int
 ) -> dict:
-    """One point of the diagram: time, and quantiles of the errors and of true over reported error."""
+    """A point of the diagram: time, and quantiles of the errors and of true over reported error."""
     found = errors(known, engine, tolerance)
     entry = {
         "engine": engine,
@@ -117,7 +117,7 @@ def measured(
 
 
 def line_name(point: dict) -> str:
-    """What a line of the tables is called."""
+    """Name of a line of the tables."""
     return point["engine"] if point["engine"] == "closed-form" else f"{point['engine']}, {point['tolerance']:.0e}"
 
 
@@ -141,7 +141,7 @@ def table(points: list[dict]) -> tuple[list[str], list[list[str]]]:
 
 
 def findings(found: dict[str, list[dict]]) -> list[str]:
-    """What was found, in sentences: the default engine in each family, and how honest the reported errors are."""
+    """Findings, in sentences: the default engine in each family, and how honest the reported errors are."""
     sentences = []
     for family, points in found.items():
         default = next((point for point in points if line_name(point) == "auto, 1e-10"), points[0])

@@ -1,4 +1,4 @@
-"""How large are the true errors? Traced beams against studies/truth/truth.json, by family of rays.
+"""True errors: traced beams against studies/truth/truth.json, by family of rays.
 
     python -m studies.accuracy.true_errors [engine] [tolerance]
 

@@ -25,7 +25,7 @@ T = TypeVar("T")
 
 
 class Source(Protocol):
-    """Where numbers come from."""
+    """The source of numbers."""
 
     def uniform(self, low: float = 0.0, high: float = 1.0) -> float:
         """A number from low to high."""
@@ -37,7 +37,7 @@ class Source(Protocol):
 
 
 class Case(NamedTuple):
-    """One camera, directions (n, 3) on its sky and the family of each, and where the rays end."""
+    """A camera, directions (n, 3) on its sky and the family of each, and where the rays end."""
 
     camera: kc.Camera
     sky: np.ndarray

@@ -1,4 +1,4 @@
-"""What a result claims of its rays, and how far from the truth each claim is: true error over reported error."""
+"""Claims of a result about its rays, each with its true error over the reported error."""
 
 from typing import Any, NamedTuple
 
@@ -157,7 +157,7 @@ def _label(claimed: np.ndarray, wrong: np.ndarray) -> np.ndarray:
 
 
 def _certain(result: kc.Rays, name: str) -> np.ndarray:
-    """Where a result is certain of a label; everywhere, if it does not say."""
+    """True where a result is certain of a label; everywhere, if it does not say."""
     certain = getattr(result, f"{name}_certain", None)
     return np.ones(result.status.shape, bool) if certain is None else certain
 

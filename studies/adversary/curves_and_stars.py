@@ -73,7 +73,7 @@ def chosen(sheets: Sheets, count: int, rng: np.random.Generator) -> Array:
 
 
 def star_claims(camera: kc.Camera, count: int, rng: np.random.Generator) -> tuple[dict[str, int], list[str]]:
-    """How many stars were tried and certified, and broken claims."""
+    """Numbers of stars that were tried and certified, and broken claims."""
     sheets = sheets_of(camera, MAX_INDEX)
     sky = chosen(sheets, count, rng)
     beams = trace_beams(sheets.camera, sky, "integrated", _TOLERANCE, crossings=False, redshift=False)
@@ -113,7 +113,7 @@ def _doubled(star: Array, index: Array, sky: Array, error: Array, count: int) ->
 
 
 def circle_claims(camera: kc.Camera, count: int, rng: np.random.Generator) -> tuple[dict[str, int], list[str]]:
-    """How many random great circles were tried and certified, and broken claims."""
+    """Numbers of random great circles that were tried and certified, and broken claims."""
     certified, broken = 0, []
     for _ in range(count):
         normal = (float(np.arccos(rng.uniform(-1, 1))), float(rng.uniform(-math.pi, math.pi)))

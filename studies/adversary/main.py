@@ -47,7 +47,7 @@ def reproductions(tally: Tally) -> list[Broken]:
 
 
 def findings(tally: Tally) -> list[str]:
-    """What was found, in sentences: one for every claim, and how it was judged."""
+    """Findings, in sentences: one for every claim, and how it was judged."""
     sentences = [
         f"{tally.rays} rays: {tally.truths} of them compared with the truth, {tally.unknown} where it takes too long."
     ]

@@ -90,7 +90,7 @@ def moving_claims(camera: kc.Camera, star: tuple[float, float], end: float = mat
 
 
 def value_claims(camera: kc.Camera, images: kc.StarImages, name: str) -> list[Claim]:
-    """What is said of images, against beams at their places: differences over what is allowed."""
+    """Values of images against beams at their places: differences over what is allowed."""
     beams = kc.trace_beams(camera, images.sky, "auto", 1e-12, end=images.surface)
     off = {
         "magnification": images.magnification / beams.magnification - 1,

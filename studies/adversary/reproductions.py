@@ -104,7 +104,7 @@ def _in_words(one: Known | Lost | None) -> str:
 
 
 def _says(result: kc.Rays, i: int) -> str:
-    """What a result says of a ray, in a line."""
+    """The answer of a result for a ray, in a line."""
     said = [
         f"status {kc.Status(int(result.status[i])).name}",
         f"n' {result.direction[i].tolist()} +- {result.error[i]}",

@@ -68,7 +68,7 @@ def received(scene: Rendering) -> float:
 
 
 def star_light(camera: kc.Camera, view: kc.pictures.View, stars: list[tuple[float, float]]) -> list[Light]:
-    """How far off the light of stars is in a picture; of those whose images are certified."""
+    """Errors of the light of stars in a picture, of those whose images are certified."""
     traced, found = kc.pictures.trace_view(camera, view), []
     for star in stars:
         images = _images(camera, star)
@@ -116,7 +116,7 @@ def try_all(
 
 
 def numbers(found: list[Light]) -> dict[str, float]:
-    """How many are certified, their median and largest difference, and how many are off by more than allowed."""
+    """The number that is certified, their median and largest difference, and the number off by more than allowed."""
     off = np.abs([one.off for one in found] or [0.0])
     worst = {"median": float(np.median(off)), "99 %": float(np.quantile(off, 0.99)), "largest": float(off.max())}
     return {"certified": len(found), **worst, "beyond 1 %": int((~(off <= ALLOWED)).sum())}

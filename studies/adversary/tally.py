@@ -1,4 +1,4 @@
-"""What was found: claims counted by class, and the worst of each."""
+"""Findings: claims counted by class, and the worst of each."""
 
 from collections import defaultdict
 

@@ -21,7 +21,7 @@ _STRICTEST = min(TOLERANCES)
 
 
 class Trial(NamedTuple):
-    """One way to ask: which engine, at which tolerance, for beams or rays, with or without the time."""
+    """A way to ask: which engine, at which tolerance, for beams or rays, with or without the time."""
 
     engine: str
     tolerance: float
@@ -51,7 +51,7 @@ class Judged(NamedTuple):
 
 
 def trace(case: Case, trial: Trial) -> kc.Rays:
-    """What the package says."""
+    """The answer of the package."""
     function = kc.trace_beams if trial.beams else kc.trace_rays
     return function(case.camera, case.sky, trial.engine, trial.tolerance, end=case.end, time=trial.timed)
 

@@ -51,7 +51,7 @@ class Lost(NamedTuple):
 
 
 class Way(NamedTuple):
-    """What the roots of the radial potential say: outward at first, where it turns (None: nowhere), energy above 0."""
+    """Path by the roots of the radial potential: outward at first, where it turns (None: nowhere), energy above 0."""
 
     outward: bool
     turn: mpf | None
@@ -162,7 +162,7 @@ class Journey:
         return True
 
     def arrival(self, stop: int) -> int | None:
-        """Where the first path meets the end before `stop`, in units of 2^-bits; None where it does not."""
+        """The place where the first path meets the end before `stop`, in units of 2^-bits; None where it does not."""
         lead = self.paths[0]
         if self.plane:
             changes = self.sides(stop / (1 << lead.bits))[1]
@@ -187,7 +187,7 @@ class Journey:
         return _zero(lead, u, self.goal, begin, finish) if met and beyond else None
 
     def refined(self, path: Path, s: int) -> int:
-        """Where a path beside the first one meets the end."""
+        """The place where a path beside the first one meets the end."""
         series, goal = (path.series[3], 0) if self.plane else (path.series[0], self.goal)
         slope = [k * c for k, c in enumerate(series)][1:]
         for _ in range(40):
@@ -334,7 +334,7 @@ def _arrives_inward(place: Place, found: Way, end: float) -> bool:
 
 
 def _zero(path: Path, series: list, goal: int, low: int, high: int) -> int:
-    """Where a series passes a value between low and high (units of 2^-bits), the value below at one of them."""
+    """Place where a series passes a value between low and high (units of 2^-bits), the value below at one of them."""
     rising = path.at(high, series) > goal
     while high - low > 8:
         middle = (low + high) // 2

@@ -54,7 +54,7 @@ SHOWN = (
 
 @dataclass(frozen=True)
 class Check:
-    """What was found about one caustic.
+    """Findings about one caustic.
 
     verdict: "astroid"; "too small" (a point, or so small that no cusps are claimed); "incomplete" (points are missing),
     or "other". cusps and turns: counted with beams traced anew, turns of the major axis round the curve (None for a
@@ -98,7 +98,7 @@ def reversals(camera: kc.Camera, caustic: kc.Caustic) -> tuple[int, float, float
 
 
 def mirrored_by(caustic: kc.Caustic, image: kc.Caustic) -> float:
-    """How far two caustics are from being mirror images in the equator, in units of both errors: extremes and cusps."""
+    """Distance of two caustics from mirror images in the equator, in units of both errors: extremes and cusps."""
     ends = [
         caustic.theta_min + image.theta_max - math.pi,
         caustic.theta_max + image.theta_min - math.pi,
@@ -112,7 +112,7 @@ def mirrored_by(caustic: kc.Caustic, image: kc.Caustic) -> float:
 
 
 def verdict(caustic: kc.Caustic, cusps: int | None, turns: float | None, deviation: float | None) -> str:
-    """What a caustic is, by what it says of itself and by the count."""
+    """The kind of a caustic, by its own statement and by the count."""
     if caustic.kind in ("point", "unresolved"):
         return "too small"
     if not caustic.closed:
@@ -167,7 +167,7 @@ def random_cameras(count: int) -> list[kc.Camera]:
 
 
 def caustic_panel(ax: Axes, caustic: kc.Caustic) -> None:
-    """One caustic stretched to fill its panel, with its size."""
+    """A caustic stretched to fill its panel, with its size."""
     theta, phi = np.degrees(np.vstack([caustic.celestial, caustic.celestial[:1]])).T
     ax.plot(phi, theta, **style.order_line(caustic.order))
     for cusp in caustic.cusps:
@@ -219,7 +219,7 @@ def table(rows: list[Check]) -> str:
 
 
 def findings(rows: list[Check]) -> list[str]:
-    """What was found, a sentence for each question."""
+    """Findings, a sentence for each question."""
     counts = Counter(row.verdict for row in rows)
     deviations = [row.deviation for row in rows if row.deviation is not None and row.verdict == "astroid"]
     found = [

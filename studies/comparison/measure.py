@@ -118,7 +118,7 @@ def sky_of(ends: Array, theta_sign: Array) -> Array:
 
 
 def say(name: str, seconds: float, count: int, difference: str) -> None:
-    """One line of what was measured."""
+    """A line of the measurements."""
     print(f"{name}: {count} rays in {seconds:.3f} s, {seconds / count * 1e6:.1f} us each; {difference}", flush=True)
 
 

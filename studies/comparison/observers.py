@@ -77,7 +77,7 @@ def away(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
 
 
 def at_infinity(nearer: Array, farther: Array) -> Array:
-    """What an observer at infinity has, from two at RADII[-2] and RADII[-1], by a straight line in 1/r."""
+    """Values for an observer at infinity, from two at RADII[-2] and RADII[-1], by a straight line in 1/r."""
     nearest, farthest = RADII[-2:]
     return farther + (farther - nearer) * nearest / (farthest - nearest)
 
@@ -133,7 +133,7 @@ def light_of_disk(observer: kc.Observer, sky: Array) -> tuple[Array, Array]:
 
 
 def print_disk(what: str, observer: kc.Observer, light: Light) -> None:
-    """How far intensities along rays that Gyoto traced are from its own, after one factor."""
+    """Differences of intensities along rays that Gyoto traced from its own, after one factor."""
     theta_sign = np.repeat([-1.0, 1.0], len(light.b) // 2)
     met = np.isfinite(light.intensity)
     b, q, intensity, theirs = (values[met] for values in light)

@@ -1,4 +1,4 @@
-"""What people wait for, line by line: each is measured in a process of its own, which has nothing but its programs."""
+"""Waiting times of users, line by line: each is measured in a process of its own, with nothing but its programs."""
 
 import json
 import math
@@ -31,7 +31,7 @@ _APART = "import sys; from kerrcaustics.scripts import STUDIES; STUDIES.module('
 
 @dataclass(frozen=True)
 class Sizes:
-    """How much the lines ask for: stars, times of the light curve, rows of the map, pixels of the frames."""
+    """Sizes of the lines: stars, times of the light curve, rows of the map, pixels of the frames."""
 
     stars: int = 1000
     times: int = 1000
@@ -153,7 +153,7 @@ def _kept() -> set[str]:
 
 
 def _apart(name: str, sizes: Sizes, repeats: int, cache: str | None) -> dict[str, Any]:
-    """What `measured` finds in a new process."""
+    """The answer of `measured` in a new process."""
     environment = os.environ | ({} if cache is None else {"XDG_CACHE_HOME": cache})
     request = json.dumps({"name": name, "sizes": asdict(sizes), "repeats": repeats, "began": time.time()})
     command = [sys.executable, "-c", _APART, request]

@@ -1,4 +1,4 @@
-"""Where does the time go? Rays and beams with what can be had with them, what people wait for, and the first use.
+"""Run time of rays and beams with their options, of what users wait for, and of the first use.
 
     kerrcaustics study cost
 
@@ -71,7 +71,7 @@ def compared(name: str, sizes: Sizes, repeats: int, each: tuple[float, float]) -
 
 
 def findings(found: dict[str, list[float]], names: list[str], lines: dict, first: dict) -> list[str]:
-    """What was found: a sentence for each engine, one of the lines, one for each first use."""
+    """Findings: a sentence for each engine, one of the lines, one for each first use."""
     sentences = [
         f"{engine}: {times[0]:.1f} µs for {names[0]} alone, {times[-1]:.1f} µs for beams with all that was asked for."
         for engine, times in found.items()
@@ -128,7 +128,7 @@ def milliseconds(seconds: float) -> str:
 
 
 def in_words(number: float) -> str:
-    """One digit behind the point, of numbers below a hundred."""
+    """A number with one digit after the point, if it is below a hundred."""
     return f"{number:.{1 if number < 100 else 0}f}"
 
 

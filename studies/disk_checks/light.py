@@ -33,7 +33,7 @@ def iscos() -> Check:
 
 
 def peaks() -> Check:
-    """Where a disk of Page & Thorne is hottest, in radii of the ISCO."""
+    """Radius at which a disk of Page & Thorne is hottest, in radii of the ISCO."""
     miss, across = 0.0, np.linspace(1, 3, 40001)
     for spin, told in OTHERS["disk"]["temperature_peak_over_isco"].items():
         light = page_thorne_flux(float(spin), last_orbit(float(spin)) * across)
@@ -51,7 +51,7 @@ def orbit(spin: float, radius: complex) -> tuple[complex, complex, complex]:
 
 
 def efficiency(spins: tuple[float, ...] = SPINS) -> Check:
-    """What both faces radiate to infinity is the binding energy of the ISCO (Page & Thorne 1974, section IIIa)."""
+    """The radiation of both faces to infinity is the binding energy of the ISCO (Page & Thorne 1974, section IIIa)."""
     miss = 0.0
     for spin in spins:
         last = last_orbit(spin)
@@ -100,7 +100,7 @@ def line() -> kc.disks.LineProfile:
 
 
 def line_edges() -> Check:
-    """Where that line begins and ends, another program's."""
+    """Ends of that line, another program's."""
     told, found = OTHERS["disk"]["line_profile_edges"], line()
     lit = np.flatnonzero(found.flux > 1e-6 * found.flux.max())
     miss = max(abs(found.edges[lit[0]] - told["g_from"]), abs(found.edges[lit[-1] + 1] - told["g_to"]))

@@ -154,7 +154,7 @@ def _told(error: float) -> str:
 
 
 def findings(found: list[Check], worked: list[work.Work]) -> list[str]:
-    """What was found, in sentences."""
+    """Findings, in sentences."""
     failed = [one.name for one in found if one.verdict == "fails"]
     total = f"{len(found) - len(failed)} of {len(found)} checks hold"
     sentences = [f"{total}." if not failed else f"{total}; these do not: {'; '.join(failed)}."]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Check:
-    """One line of the study."""
+    """A line of the study."""
 
     name: str
     against: str

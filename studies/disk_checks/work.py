@@ -1,4 +1,4 @@
-"""What error costs what time in line profiles: beams at nodes, and a histogram of rays."""
+"""Error against run time of line profiles: beams at nodes, and a histogram of rays."""
 
 import math
 import time
@@ -60,7 +60,7 @@ def cases() -> tuple[Case, Case]:
 
 @dataclass(frozen=True)
 class Work:
-    """One setting: rays, seconds, and the largest error of a bin, true and reported, over the highest bin."""
+    """A setting: rays, seconds, and the largest error of a bin, true and reported, over the highest bin."""
 
     case: str
     method: str

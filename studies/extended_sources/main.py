@@ -42,7 +42,7 @@ LOOKS = {"agree": ("o", 0), "not certified": ("s", 3), "wrong": ("X", 1)}
 
 @dataclass(frozen=True)
 class Disc:
-    """One source, and what was found.
+    """A source, and its magnifications.
 
     kind: its surface; spin, viewer_radius, inclination (degrees); place: as `kc.magnification` takes it; size: its
     radius; at_caustic: the order of the caustic beside it, 0 where it was drawn without looking; total, error: of the
@@ -116,7 +116,7 @@ def within_the_viewer(chance: np.random.Generator) -> tuple[Viewer, End]:
 
 
 def in_plane(chance: np.random.Generator) -> tuple[Viewer, End]:
-    """One crossing of the plane."""
+    """A crossing of the plane."""
     return random_viewer(chance), EquatorialPlane(int(chance.integers(1, CROSSINGS + 1)))
 
 
@@ -165,23 +165,20 @@ def drawn(kind: str, chance: np.random.Generator) -> Disc | None:
 def centre(
     viewer: Viewer, end: End, size: float, order: int, chance: np.random.Generator
 ) -> tuple[tuple[float, float], float]:
-    """Centre and radius of a disc, beside the caustic of an order; 0 for anywhere.
+    """Centre and radius of a disc, beside the caustic of an order; 0 for anywhere, as where there is no such caustic.
 
-    In the plane the radius grows with the distance from the hole.
+    In the plane the radius grows with the distance from the hole, and any caustic will do: each crossing has few.
     """
-    horizon = kerr.horizon(viewer.spin)
-    if order == 0:
-        phi = float(chance.uniform(0, 2 * math.pi))
-        if isinstance(end, EquatorialPlane):
-            radius = horizon * (20 / horizon) ** float(chance.uniform(0.05, 1))
-            return (radius, phi), min(size * radius, 0.9 * (radius - horizon))
-        return (math.acos(float(chance.uniform(-1, 1))), phi), _length(size, end)
-    curve = kc.caustics(viewer, order, end=end)[order - 1]
+    in_plane = isinstance(end, EquatorialPlane)
+    curves = tuple(kc.caustics(viewer, HIGHEST + 1 if in_plane else order, end=end)) if order else ()
+    if not curves:
+        return _anywhere(viewer, end, size, chance)
+    curve = curves[int(chance.integers(len(curves)))] if in_plane else curves[order - 1]
     at = int(chance.integers(len(curve.place)))
     place, beside = curve.place[at], curve.place[(at + 1) % len(curve.place)]
     along = beside - place
-    if isinstance(end, EquatorialPlane):
-        size = min(size * place[0], 0.9 * (place[0] - horizon))
+    if in_plane:
+        size = min(size * place[0], 0.9 * (place[0] - kerr.horizon(viewer.spin)))
         along[1] *= place[0]
         scale = np.array([1.0, 1 / place[0]])
     else:
@@ -191,9 +188,19 @@ def centre(
     # Tangent from either side, on it, or somewhere about.
     eta = chance.choice([-1.0, 1.0, 0.0, float(chance.uniform(-3, 3))])
     place = place + eta * size * normal * scale
-    if isinstance(end, EquatorialPlane):
+    if in_plane:
         return (float(place[0]), float(place[1])), size
     return (float(np.clip(place[0], 1e-3, math.pi - 1e-3)), float(place[1])), _length(size, end)
+
+
+def _anywhere(viewer: Viewer, end: End, size: float, chance: np.random.Generator) -> tuple[tuple[float, float], float]:
+    """Centre and radius of a disc, drawn without looking."""
+    phi = float(chance.uniform(0, 2 * math.pi))
+    if isinstance(end, EquatorialPlane):
+        horizon = kerr.horizon(viewer.spin)
+        radius = horizon * (20 / horizon) ** float(chance.uniform(0.05, 1))
+        return (radius, phi), min(size * radius, 0.9 * (radius - horizon))
+    return (math.acos(float(chance.uniform(-1, 1))), phi), _length(size, end)
 
 
 def _length(angle: float, end: End) -> float:
@@ -264,7 +271,7 @@ def table(found: list[Disc]) -> str:
 
 
 def findings(found: list[Disc]) -> list[str]:
-    """What was found, in a sentence."""
+    """Findings, in a sentence."""
     certified = [disc for disc in found if disc.certified]
     wrong = sum(disc.verdict == "wrong" for disc in found)
     honest = sum(disc.off <= disc.error + _TWIN_ERRORS * disc.twin_error for disc in certified)

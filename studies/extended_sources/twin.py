@@ -163,7 +163,7 @@ def _partial(density, phi: Array, depth: Array, size: Array, beyond: Array, away
         return np.stack([a + (b - a) * _SUB, c + (d - c) * _SUB])
 
     def positive(f: Array) -> tuple[Array, Array]:
-        """Where on lines from 0 to 1 a linear function is positive, from and to."""
+        """Parts of lines from 0 to 1 where a linear function is positive, from and to."""
         low, high = low_and_high(f)
         with np.errstate(divide="ignore", invalid="ignore"):
             root = np.clip(low / (low - high), 0, 1)

@@ -1,4 +1,4 @@
-"""What the caustics of a camera tend to as it goes far away: limits, with errors, against theory.
+"""Limits of the caustics of a camera as it goes far away: values, with errors, against theory.
 
     kerrcaustics study far_camera
 
@@ -127,7 +127,7 @@ def higher(grid: xarray.Dataset, spin: float, order: int) -> Higher:
 
 
 def _lag(row: xarray.Dataset, order: int, scale: Any) -> tuple[np.ndarray, np.ndarray]:
-    """How far the middle of a caustic lies before phi' = order pi, and its error, times a scale."""
+    """Distance of the middle of a caustic before phi' = order pi, and its error, times a scale."""
     middle = np.radians((row.phi_min + row.phi_max).values / 2)
     return (order * math.pi - middle) * scale, np.radians(row.phi_min_error.values) * scale
 
@@ -168,7 +168,7 @@ def tube(sections: list[Section]) -> Tube:
 
 
 def radius_of_width(spin: float, width: float) -> float:
-    """Where the primary caustic of an equatorial camera is as wide in phi' as `width` a^2 / r^2."""
+    """Radius at which the primary caustic of an equatorial camera is as wide in phi' as `width` a^2 / r^2."""
 
     def excess(radius: float) -> float:
         found = kc.caustics(kc.Camera(spin, radius, velocity="fiducial"), orders=1)[0]
@@ -204,7 +204,7 @@ def table(primaries: list[Primary], slows: list[Slow], tubes: list[Tube]) -> str
 
 
 def findings(primaries: list[Primary], slows: list[Slow], tubes: list[Tube]) -> list[str]:
-    """What was found, a sentence for each question."""
+    """Findings, a sentence for each question."""
     widths = [width for one in primaries for width in (one.phi[0], one.theta[0])]
     best = min(widths, key=lambda width: width.error)
     off = max(abs(width.value - WIDTH) / width.error for width in widths)

@@ -60,7 +60,7 @@ def width_panel(ax: Axes, grid: xarray.Dataset, sections: list[list[Section]], w
 
 
 def shift_panel(ax: Axes, grid: xarray.Dataset, shift: float) -> None:
-    """What the displacement of the primary caustic's middle has beyond a / r, in a / r^(3/2), against 1 / sqrt(r)."""
+    """Excess of the displacement of the primary caustic's middle over a / r, in a / r^(3/2), against 1 / sqrt(r)."""
     x = grid.radius.values**-0.5
     spins = grid.spin.values
     for spin, alpha in ((spins.min(), _FAINT), (spins.max(), 1.0)):

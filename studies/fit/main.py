@@ -1,4 +1,4 @@
-"""How well the images of one star tell spin and inclination.
+"""Precision of spin and inclination from the images of one star.
 
     kerrcaustics study fit
 

@@ -1,4 +1,4 @@
-"""How caustics change as the camera moves from the equator to the spin axis.
+"""Changes of caustics as the camera moves from the equator to the spin axis.
 
     kerrcaustics study inclination
 
@@ -116,7 +116,7 @@ def circuits(spin: float, radius: float, order: int, inclination: float) -> tupl
 
 
 def winding(spin: float, radius: float, order: int) -> Winding | None:
-    """Where a caustic winds once round the sky; None where it does not on the equator."""
+    """Inclination at which a caustic winds once round the sky; None where it does not on the equator."""
     found = crossing(lambda angle: circuits(spin, radius, order, angle), 1, _LEAST, 90.0, _ROOT_ERROR)
     return found and Winding(spin, radius, order, found.value, found.error)
 
@@ -205,7 +205,7 @@ def table(grid: xarray.Dataset, laws: list[NearAxis], found: list[Winding]) -> s
 
 
 def summary(grid: xarray.Dataset, laws: list[NearAxis]) -> dict[str, Any]:
-    """What holds of all caustics together."""
+    """Properties of all caustics together."""
     on_axis, away = grid.sel(inclination=0.0), grid.sel(inclination=grid.inclination > 0)
     told = away.cusp_count.values > 0
     part, where = pole_distance(grid)
@@ -223,7 +223,7 @@ def summary(grid: xarray.Dataset, laws: list[NearAxis]) -> dict[str, Any]:
 
 
 def _misses(laws: list[NearAxis], power: int) -> dict[str, float]:
-    """How far the measured powers are from a whole number at most, also in their errors, and the largest error."""
+    """Largest distance of the measured powers from a whole number, also in their errors, and the largest error."""
     miss = [abs(one.power.value - power) for one in laws]
     error = [one.power.error for one in laws]
     in_errors = max(m / e for m, e in zip(miss, error, strict=True))
@@ -231,7 +231,7 @@ def _misses(laws: list[NearAxis], power: int) -> dict[str, float]:
 
 
 def findings(whole: dict[str, Any], found: list[Winding]) -> list[str]:
-    """What was found, a sentence for each question."""
+    """Findings, a sentence for each question."""
     powers = ", ".join(
         f"{_POWERS[name]} for {name.replace('_', ' ')} (to {row['largest_miss']:.1g}, error {row['largest_error']:.1g})"
         for name, row in whole["powers"].items()

@@ -47,7 +47,7 @@ RING = (0.055, 0.14)
 
 @dataclass(frozen=True)
 class Pair:
-    """What was found of one camera and one source.
+    """Findings for one camera and one source.
 
     end: "sphere" or "crossing n"; radius, polar_angle (degrees, None in the plane), azimuth: of the source; images: how
     many; lacking: images of the twin that are not among them; false: images that lead elsewhere; missed: images that
@@ -130,7 +130,7 @@ def compared(
     twins: np.ndarray,
     end: Sphere | EquatorialPlane,
 ) -> Pair:
-    """One answer against the twin's."""
+    """An answer against the twin's."""
     gaps = np.linalg.norm(images.sky[:, None] - twins[None, :, :3], axis=-1)
     same = (gaps < _SAME) & (images.index[:, None] == twins[None, :, 3])
     radius, theta, phi = source
@@ -257,7 +257,7 @@ def by_kind(pairs: list[Pair]) -> dict[str, list[Pair]]:
 
 
 def findings(pairs: list[Pair]) -> list[str]:
-    """What was found, a sentence for each kind of end."""
+    """Findings, a sentence for each kind of end."""
     found = []
     for name, chosen in (
         ("on spheres", [pair for pair in pairs if pair.end == "sphere"]),

@@ -32,7 +32,7 @@ def line_between(sheets: Sheets, turn: float, index: int, points: int) -> tuple[
 
 
 def circle_crossings(image: Array, normals: Array) -> Array:
-    """How many images of each great circle, given by its normal (m, 3), cross a line with images n' (n, 3)."""
+    """Number of images of each great circle, given by its normal (m, 3), that cross a line with images n' (n, 3)."""
     side = normals @ image.T > 0
     return (side[:, 1:] != side[:, :-1]).sum(axis=1)
 

@@ -31,7 +31,7 @@ _PER_CIRCUIT = 2 * np.pi
 
 @dataclass(frozen=True)
 class CriticalCrossings:
-    """What rays of one critical curve do: one entry a point.
+    """Crossings of rays of one critical curve: one entry a point.
 
     order; crossings (n,) of the equatorial plane, -1 where the ray ends in the plane; phase (n,), the polar phase in
     half oscillations: from a camera on the equator, whole numbers are crossings, half ones polar turning points;
@@ -79,7 +79,7 @@ def _phase(frame: Frame, sky: tuple, *, on_equator: bool) -> jax.Array:
 
 
 def crossings_by_index(camera: kc.Camera, found: ImageSearch, stars: int) -> Array:
-    """How many images (stars, crossings, index) of each star have so many equator crossings and that Morse index."""
+    """Numbers of images (stars, crossings, index) of each star with so many equator crossings and that Morse index."""
     images = found.images
     beams = kc.trace_beams(camera.at_rest(), images.sky, "auto", _TOLERANCE, index=False, redshift=False)
     crossings = np.asarray(beams.crossings)

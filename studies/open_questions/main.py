@@ -209,7 +209,7 @@ def _cusp_miss(moving: kc.Camera, resting: kc.Caustic, moved: kc.Caustic) -> flo
 
 
 def findings(answers: dict[str, list[Answer]]) -> list[str]:
-    """What was found, a sentence for each question that has a short answer."""
+    """Findings, a sentence for each question that has a short answer."""
     level = [one for one in answers["order_1_track"] if "°" not in one["camera"]]
     tied = sum(list(one["theta_by_crossings"]) == [one["order"] - 1] for one in level)
     near = [one for one in answers["pairs"] if one["part"] == min(_DISTANCES)]

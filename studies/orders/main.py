@@ -1,4 +1,4 @@
-"""How caustics of order 1 to 10 approach the shadow edge, drift and grow, against the exponents of the photon shell.
+"""Approach to the shadow edge, drift and growth of caustics of order 1 to 10, by the exponents of the photon shell.
 
     kerrcaustics study orders
 
@@ -57,7 +57,7 @@ class Approach:
 
 
 def approach(inclination: float, orders: int, lines: int) -> Approach:
-    """How the critical curves of one camera come closer to the shadow edge."""
+    """Approach of the critical curves of one camera to the shadow edge."""
     camera = kc.Camera(_SPIN, RADIUS, math.radians(inclination), velocity="fiducial")
     # Half of the edge; between its ends, where the orbit is an equatorial one and its limit must be taken.
     edge_phase = np.linspace(0, math.pi, lines + 2)[1:-1]
@@ -168,7 +168,7 @@ def approach_panel(ax: Axes, found: Approach) -> None:
 
 
 def ends_panel(ax: Axes, rows: list[Ends]) -> None:
-    """How fast the steps at the ends tend to their limits."""
+    """Rate at which the steps at the ends tend to their limits."""
     for i, row in enumerate(rows):
         order = np.arange(1, len(row.drift_excess) + 1)
         colour, dashes = style.PALETTE[i // 2 % len(style.PALETTE)], "-" if row.side == "prograde" else ":"
@@ -238,7 +238,7 @@ def table(both: list[Ends], sizes: list[Growth]) -> str:
 
 
 def findings(curves: list[Approach], both: list[Ends], sizes: list[Growth]) -> list[str]:
-    """What was found, a sentence for each question."""
+    """Findings, a sentence for each question."""
     ratios = [
         true / error
         for end in both

@@ -1,4 +1,4 @@
-"""How caustics grow with spin and toward the hole, and where the secondary one first winds round the sky.
+"""Growth of caustics with spin and toward the hole, and the place where the secondary one first winds round the sky.
 
     kerrcaustics study spin_radius
 
@@ -54,7 +54,7 @@ def secondary_circuits(spin: float, radius: float) -> tuple[float, float]:
 
 
 def winding(spin: float, turns: int) -> Winding | None:
-    """Where the secondary caustic winds so many times; None where it does not between the innermost camera and far."""
+    """Radius at which the secondary caustic winds so many times; None where there is none."""
     horizon = 1 + math.sqrt(1 - spin**2)
     low, high = math.log(_INNERMOST * horizon), math.log(_OUTERMOST)
     found = crossing(lambda x: secondary_circuits(spin, math.exp(x)), turns, low, high, _TOLERANCE)
@@ -120,7 +120,7 @@ def table(found: list[Winding]) -> str:
 
 
 def findings(found: list[Winding], asked: tuple[float, ...]) -> list[str]:
-    """What was found, a sentence for each number of turns."""
+    """Findings, a sentence for each number of turns."""
     sentences = []
     for turns in TURNS:
         here = sorted((one for one in found if one.turns == turns), key=lambda one: one.spin)

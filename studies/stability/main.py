@@ -1,4 +1,4 @@
-"""Where do the numbers stop being good? Named extreme problems, and what must hold in each of them.
+"""Limits of good numbers: named extreme problems, and what must hold in each of them.
 
     kerrcaustics study stability
 
@@ -41,7 +41,7 @@ TOLERANCE = 1e-10
 OTHERS = {"auto": ("integrated", 1e-13), "closed-form": ("integrated", 1e-13), "integrated": ("closed-form", 1e-13)}
 # Verdicts of problems in which everything holds.
 _GOOD = ("ok", "honest")
-# What must be zero, and what must be at most 1, of a row: in the words in which a fault is told.
+# What must be zero, and what must be at most 1, of a row: in the words in which a fault is reported.
 _NONE = {
     "not_finite": "rays that are not finite",
     "capture_mistakes": "captured or not, against long arithmetic",
@@ -75,7 +75,7 @@ _PROBE, PATIENCE = 8, 20.0
 def examine(
     problem: Problem, rays: int, truths: int, seed: int, longest: float = LONGEST, patience: float = PATIENCE
 ) -> list[dict[str, Any]]:
-    """One problem, all engines: a row of the table each.
+    """A problem with all engines: a row of the table each.
 
     longest: microseconds a ray, above which an engine fails; patience: seconds after which a problem is given up.
     """
@@ -162,7 +162,7 @@ def differences(beams: kc.Beams, other: kc.Beams) -> tuple[np.ndarray, np.ndarra
 
 
 def status_counts(beams: kc.Beams) -> dict[str, Any]:
-    """How many rays have which status, NaN where there must be none, and the largest reported errors."""
+    """Numbers of rays by status, NaN where there must be none, and the largest reported errors."""
     escaped, Status = beams.escaped, kc.Status
     values = np.column_stack([beams.direction, beams.azimuth, beams.error, beams.jacobian_error, beams.redshift])
     finite = np.isfinite(values).all(axis=1) & np.isfinite(beams.jacobian).all(axis=(1, 2)) & (beams.index >= 0)
@@ -235,7 +235,7 @@ def redshift_error(problem: Problem, sky: np.ndarray, beams: kc.Beams, few: np.n
 
 
 def faults(row: dict[str, Any], others_wrong: bool, longest: float) -> list[str]:
-    """What does not hold, in words; none if all is well.
+    """Claims that do not hold, in words; none if all is well.
 
     others_wrong: truth contradicts the other engine and not this one, so that their difference says nothing of this.
     """
@@ -278,7 +278,7 @@ def condensed(rows: list[dict[str, Any]]) -> tuple[list[str], list[list[str]]]:
 
 
 def findings(rows: list[dict[str, Any]]) -> list[str]:
-    """What was found, in sentences: how many problems hold, which groups fail, and how honest the errors are."""
+    """Findings, in sentences: how many problems hold, which groups fail, and how honest the errors are."""
     sentences = []
     for engine in ENGINES:
         here = [row for row in rows if row["engine"] == engine]

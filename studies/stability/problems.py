@@ -19,7 +19,7 @@ Sky = Callable[[kc.Camera, int, np.random.Generator], np.ndarray]
 
 
 class Problem(NamedTuple):
-    """One camera and directions: sky(camera, count, random numbers) gives (count, 3) unit vectors N."""
+    """A camera and directions: sky(camera, count, random numbers) gives (count, 3) unit vectors N."""
 
     group: str
     name: str

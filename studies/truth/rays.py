@@ -24,7 +24,7 @@ GUARD_BITS = 28
 
 
 class End(NamedTuple):
-    """Where a path ends: n', unwrapped azimuth, Mino time, and |t| - r - 2 ln r in the limit (None if not asked)."""
+    """End of a path: n', unwrapped azimuth, Mino time, and |t| - r - 2 ln r in the limit (None if not asked)."""
 
     direction: list
     azimuth: mpf
@@ -75,7 +75,7 @@ def tangent_basis(n: list) -> tuple[list, list]:
 
 
 class Path:
-    """One path, step by step; all numbers in units of 2^-bits."""
+    """A path, step by step; all numbers in units of 2^-bits."""
 
     def __init__(self, place: Place, sky: list, digits: int, timed: bool):
         self.bits, self.order = int(digits * math.log2(10)) + GUARD_BITS, digits
@@ -142,7 +142,7 @@ class Path:
         return delay
 
     def reach(self) -> float:
-        """How far in units of h the series hold: the size of their last terms against one unit of 2^-bits.
+        """Range of the series in units of h: the size of their last terms against one unit of 2^-bits.
 
         The delay has poles where u = 0 at the other end of the path; its round-off before the end makes a looser
         bound necessary, about 1e-40.
@@ -160,7 +160,7 @@ class Path:
         return total
 
     def zero_of_u(self, s: int) -> int:
-        """Where u vanishes between 0 and s, by bisection and Newton's method."""
+        """Zero of u between 0 and s, by bisection and Newton's method."""
         u, low = self.series[0], 0
         for _ in range(12):
             middle = (low + s) // 2
@@ -326,7 +326,7 @@ def beam(
 
 
 def polar_turns(place: Place, sky: list) -> int:
-    """How often the ray is at its closest to the spin axis, from a short calculation."""
+    """Number of times the ray is at its closest to the spin axis, from a short calculation."""
     path = Path(place, unit(sky), 18, timed=False)
     rates = [path.rate[3]]
     follow([path], lambda paths, s: rates.append(paths[0].rate[3]))

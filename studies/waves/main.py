@@ -30,7 +30,7 @@ from kerrcaustics.spacetime.viewer import Viewer
 from ..truth.partial_waves import field as partial_waves
 
 CASES, HIGHEST = 300, 2
-METHODS = "images", "fold", "ring", "line", "auto"
+METHODS = "images", "fold", "cusp", "ring", "line", "auto"
 # Angles between the source and the direction opposite to the camera, and frequencies, for partial waves.
 ANGLES, LONG_WAVES, RADIUS, INDICES = (
     (0.001, 0.01, 0.05, 0.2, 0.5, 1.0, 1.8, 2.6, 3.0, 3.13),
@@ -42,7 +42,7 @@ ANGLES, LONG_WAVES, RADIUS, INDICES = (
 
 @dataclass(frozen=True)
 class Field:
-    """What one method says of one source at one frequency.
+    """The field of one source at one frequency by one method.
 
     case: number of the source; value: its modulus; error: reported; off: how far it is from the truth or from the most
     exact other method; allowed: both errors; seconds: of one source with all its frequencies.
@@ -82,7 +82,7 @@ def random_source(chance: np.random.Generator) -> tuple[Viewer, tuple[float, flo
 def fields(
     viewer: Viewer, source: tuple[float, float], omega: np.ndarray, case: int, true: np.ndarray | None
 ) -> list[Field]:
-    """What all methods say; true: the field, where it is known."""
+    """The fields by all methods; true: the field, where it is known."""
     seen, seconds = {}, {}
     highest = HIGHEST if true is None else INDICES
     for method in METHODS:
@@ -171,7 +171,7 @@ def table(parts: dict[str, list[Field]]) -> str:
 
 
 def findings(parts: dict[str, list[Field]]) -> list[str]:
-    """What was found, a sentence for each part."""
+    """Findings, a sentence for each part."""
     lines = []
     for title, found in parts.items():
         wrong, sources = sum(field.wrong for field in found), len({field.case for field in found})

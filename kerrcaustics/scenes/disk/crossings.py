@@ -113,12 +113,12 @@ class Lattice(NamedTuple):
 
     @classmethod
     def draft(cls, camera: Viewer, view: Raster, timed: bool) -> "Lattice":
-        """One of a draft."""
+        """The crossings of a draft."""
         return cls(camera, view, timed, DRAFT.least, fineness=DRAFT)
 
     @classmethod
     def at_moment(cls, camera: Viewer, view: Raster, timed: bool, number: int, moments: int) -> "Lattice":
-        """One of so many moments, each with rays of its own."""
+        """The crossings of so many moments, each with rays of its own."""
         least = 2 ** min(int(math.log2(moments) / 2), _MOST_HALVINGS)
         return cls(camera, view, timed, least, number * _GOLDEN % 1.0)
 

@@ -213,7 +213,7 @@ class Flock:
         return _SCALE * np.sqrt(np.maximum(self.size, np.minimum(width, _WIDEST * self.size)) * radius)
 
     def shine(self, part_at: Callable[[Array, Array], RayPart], h: Array, width: Array) -> Lit:
-        """What spots add to n rays in a step h (n,) of Mino time, backward.
+        """Light that spots add to n rays in a step h (n,) of Mino time, backward.
 
         part_at: places of rays with some numbers at parts, 0 to 1, of the step; width (n,) of a pixel's beam.
         """

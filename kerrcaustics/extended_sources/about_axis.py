@@ -1,0 +1,127 @@
+"""The limb of a disc where all caustics are points: without spin, or from a place on the spin axis.
+
+There the sky is symmetric about the direction to the hole, and space about the line through hole and viewer: one line
+of rays across the sky tells where every point is seen. So the limb is known however close it comes to a caustic.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+from scipy.interpolate import CubicSpline
+
+from kerrcaustics.beams.beam import Beams
+from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.extended_sources.arcs import BoundaryArcs
+from kerrcaustics.extended_sources.known_curves import at_places, refined
+from kerrcaustics.extended_sources.limb import Limb
+from kerrcaustics.images.sheets import Sheet, Sheets
+from kerrcaustics.lens_map.search_sky import TOLERANCE
+from kerrcaustics.spacetime.sphere import from_angles, polar_angle, polar_basis
+from kerrcaustics.tracks.level_curves.circle import Circle
+
+Array = np.ndarray
+
+# Rays of a line between two critical curves; steps by which places along it are improved.
+_RAYS, _STEPS = 200, 2
+# Arcs of an image at least; the shortest next to a caustic, radians of longitude.
+_ARCS, _SHORTEST = 12, 1e-13
+
+
+def symmetric(sheets: Sheets) -> bool:
+    """Whether all caustics are points."""
+    return all(curve.is_point for curve in sheets.curves)
+
+
+def limb_about_axis(sheets: Sheets, circle: Circle, wanted: float) -> BoundaryArcs:
+    """The images of the limb of a disc; wanted: error of their areas in all, square radians."""
+    axis, toward = np.empty((3, 3)), from_angles(sheets.camera.inclination, 0.0)
+    axis[:2], axis[2] = polar_basis(toward), toward
+    end = _longitudes(circle, axis)
+    count, parts = len(end) - 1, []
+    for sheet in sheets.sheets[int(sheets.curves.domain.unbounded) :]:
+        first = 1 + max((int(part.right.max()) for part in parts), default=-1)
+        left, index = first + np.arange(count), np.full(count, sheet.index)
+        seen = _Sheet(sheets, sheet, axis, circle)
+        arcs = refined(seen.traced, index, end[:-1], end[1:], left, np.roll(left, -1), first + count, wanted)
+        assert arcs is not None
+        parts.append(arcs)
+    return parts[0].joined(*parts[1:])
+
+
+def _longitudes(circle: Circle, axis: Float[Array, "3 3"]) -> Float[Array, " longitudes"]:
+    """Ends of arcs over one turn, closer to each other where the limb passes the axis."""
+    first, steps = float(circle.longitude(axis[2:])[0]), [np.linspace(0, 2 * math.pi, _ARCS + 1)]
+    for longitude, caustic in ((first, axis[2:]), (first + math.pi, -axis[2:])):
+        nearest = max(abs(float(circle.height(caustic)[0])) / math.sin(circle.angle), _SHORTEST)
+        away = nearest * 2.0 ** np.arange(max(0, math.ceil(math.log2(math.pi / _ARCS / nearest))))
+        steps += [longitude + away, longitude - away]
+    return np.append(np.unique(np.concatenate(steps) % (2 * math.pi)), 2 * math.pi)
+
+
+@dataclass(frozen=True, eq=False)
+class _Sheet:
+    """Images of the points of a circle with one Morse index.
+
+    axis: rows e_theta, e_phi at the viewer and the direction from the hole to it.
+    """
+
+    sheets: Sheets
+    sheet: Sheet
+    axis: Float[Array, "3 3"]
+    circle: Circle
+
+    def traced(
+        self, low: Float[Array, " arcs"], high: Float[Array, " arcs"]
+    ) -> tuple[Float[Array, "arcs places 3"], Float[Array, " arcs"]]:
+        """Directions at places of arcs between longitudes, and their errors across the limb."""
+        longitude = at_places(low, high)
+        swept, azimuth = self._swept(self.circle.place(longitude.ravel()))
+        part_of, slope, turned_of, _ = self._line
+        part, turn = part_of(swept), azimuth - turned_of(swept)
+        for _ in range(_STEPS):
+            beams = self._beams(self._sky(part, turn))
+            part = part + (swept - self._swept(beams.direction)[0]) / slope(part)
+        sky = self._sky(part, turn)
+        beams = self._beams(sky)
+        offset = Limb(self.sheets.camera, self.sheets.surface, self.circle).offset(sky, beams)
+        noise = np.abs(offset.length) + offset.error
+        return sky.reshape(*longitude.shape, 3), noise.reshape(longitude.shape).max(axis=1)
+
+    def _sky(self, part: Float[Array, " n"], turn: Float[Array, " n"]) -> Float[Array, "n 3"]:
+        """Directions by the part of the sheet and the position angle."""
+        away = self._line[-1](part)
+        across = np.sin(away)
+        return self.sheets.sky(np.stack([-np.cos(away), across * np.cos(turn), across * np.sin(turn)], axis=-1))
+
+    @cached_property
+    def _line(self) -> tuple[CubicSpline, CubicSpline, CubicSpline, CubicSpline]:
+        """Along a line of rays: the part of the sheet by the angle swept, and the rate of that by it.
+
+        Then by the angle swept the azimuth of ends less the position angle, and by the part the angle from the hole.
+        """
+        part, phase = (1 - np.cos(np.linspace(0, math.pi, _RAYS))) / 2, np.zeros(_RAYS)
+        sight = self.sheets.line_of_sight(phase, self.sheet.depth(phase, part))
+        swept, azimuth = self._swept(self._beams(self.sheets.sky(sight)).direction)
+        away = polar_angle(np.stack([sight[:, 1], sight[:, 2], -sight[:, 0]], axis=-1))
+        # At both ends lie caustics.
+        turned = np.unwrap(azimuth - np.arctan2(sight[:, 2], sight[:, 1]))[1:-1]
+        swept[[0, -1]] = 0.0, math.pi
+        return (
+            CubicSpline(swept, part),
+            CubicSpline(part, swept).derivative(),
+            CubicSpline(swept[1:-1], turned),
+            CubicSpline(part, away),
+        )
+
+    def _swept(self, place: Float[Array, "n 3"]) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+        """The angles by which rays have turned since the last caustic, and azimuths about the axis."""
+        along = place @ self.axis.T
+        angle = polar_angle(along)
+        return math.pi - angle if self.sheet.index % 2 else angle, np.arctan2(along[:, 1], along[:, 0])
+
+    def _beams(self, sky: Float[Array, "n 3"]) -> Beams:
+        surface = self.sheets.surface.bare()
+        return trace_beams(self.sheets.camera, sky, "auto", TOLERANCE, end=surface, crossings=False, redshift=False)

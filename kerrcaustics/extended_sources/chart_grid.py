@@ -1,0 +1,173 @@
+"""Cells on a chart, halved where the limb of a disc or a critical curve passes; they follow drawn-out images."""
+
+import math
+from copy import copy
+
+import numpy as np
+import scipy
+from jaxtyping import Bool, Float, Int
+
+from kerrcaustics.extended_sources.patches import Patch
+from kerrcaustics.spacetime.sphere import lengths
+
+Array = np.ndarray
+
+_TURN = 2 * math.pi
+# Cells in edge phase, and in height, at first; longest image of a side of a cell in radii of the limb; how far from the
+# limb, in diagonals of its image, a cell is looked at more closely.
+_PHASES, _HEIGHTS, _LONGEST, _REACH = 96, 24, 0.4, 1.0
+# Edge phase of the first line, radians: the equator, where lines are known to the root of round-off, is none.
+_FIRST = 0.0123
+CORNERS = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
+"""Corners of a cell, in numbers of cells."""
+SIDES = np.array([(0, 1), (1, 2), (3, 2), (0, 3)])
+"""Sides of a cell, from corner to corner."""
+# Pieces of so many cells are covered anew by long ones, at least so many across the longer side of a piece. Of a cell,
+# the corners at the ends of its sides, numbers of these sides, places all over it, and the numbers of its neighbours.
+_MANY, _ACROSS = 60, 8
+_EDGES, _MIDDLES = ((0, 1, 3, 2), (0, 3, 1, 2)), ((0, 2), (3, 1))
+_SAMPLES = np.stack(np.meshgrid(*[np.linspace(0, 1, 5)] * 2, indexing="ij"), axis=-1).reshape(-1, 2)
+_AROUND_IT = np.stack(np.meshgrid(*[np.arange(-1, 2)] * 2, indexing="ij"), axis=-1).reshape(-1, 2)
+
+
+class ChartGrid:
+    """Cells of one size and shape, at first on a chart that closes after a turn; cells: their numbers.
+
+    origin, axes: place of cell (0, 0) on the chart, and rows, both of its sides; turned: whether these lie in
+    directions of their own, on a part of the chart; tried: number of cells for which such directions were looked for;
+    retries: how often curves in the cells were in doubt.
+    """
+
+    def __init__(self, patch: Patch) -> None:
+        self.patch, self.count = patch, np.array([_PHASES, _HEIGHTS])
+        self.origin = np.array([_FIRST, patch.low])
+        self.axes = np.diag(np.array([_TURN, patch.high - patch.low]) / self.count)
+        self.turned, self.tried, self.retries = False, _MANY, 0
+        self.cells = np.stack(np.meshgrid(*(np.arange(n) for n in self.count), indexing="ij"), axis=-1).reshape(-1, 2)
+        self.traced()
+
+    def place(self, number: Array) -> Float[Array, "*batch 2"]:
+        """Places on the chart of corners by number."""
+        return self.origin + number @ self.axes
+
+    def traced(self) -> None:
+        """Trace all corners, each once."""
+        corners = self.cells[:, None] + CORNERS
+        if not self.turned:
+            corners[..., 0] %= self.count[0]
+        flat, back = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
+        self.corners, self.which = flat, back.reshape(-1, 4)
+        self.seen = self.patch.seen(*self.place(flat).T)
+        if self.turned:
+            twice = (2 * self.cells[:, None] + CORNERS[SIDES].sum(axis=1)).reshape(-1, 2)
+            flat, back = np.unique(twice, axis=0, return_inverse=True)
+            self.middle, self.which_middle = self.patch.seen(*self.place(flat / 2).T).place, back.reshape(-1, 4)
+
+    def near(self) -> Bool[Array, " cells"]:
+        """True for cells on the limb, and those within the disc that a critical curve passes."""
+        height, index = self.seen.height[self.which], self.seen.index[self.which]
+        highest = self.patch.max_index
+        along, across = self.sides()
+        reach = _REACH * np.hypot(along, across)
+        known = np.isfinite(height).all(axis=1)
+        limb = np.abs(height).min(axis=1) < reach
+        limb |= (height.min(axis=1) < 0) & (height.max(axis=1) >= 0)
+        mixed = (index.max(axis=1) > index.min(axis=1)) & (height.min(axis=1) < reach)
+        return known & (limb | mixed) & (index.min(axis=1) <= highest)
+
+    def sides(self) -> tuple[Float[Array, " cells"], Float[Array, " cells"]]:
+        """Lengths of the images of cells, along their first side and along the second one."""
+        place = self.seen.place[self.which]
+        if not self.turned:
+            return tuple(
+                np.maximum(lengths(place[:, a] - place[:, b]), lengths(place[:, c] - place[:, d]))
+                for a, b, c, d in _EDGES
+            )
+        # Long sides may lead over a critical curve and back.
+        middle = self.middle[self.which_middle]
+        return tuple(
+            np.maximum(
+                lengths(place[:, a] - middle[:, i]) + lengths(middle[:, i] - place[:, b]),
+                lengths(place[:, c] - middle[:, j]) + lengths(middle[:, j] - place[:, d]),
+            )
+            for (a, b, c, d), (i, j) in zip(_EDGES, _MIDDLES, strict=True)
+        )
+
+    def halved(self, directions: Bool[Array, " 2"]) -> None:
+        """Halve all cells."""
+        parts = 1 + directions.astype(int)
+        offsets = np.stack(np.meshgrid(*(np.arange(n) for n in parts), indexing="ij"), axis=-1).reshape(-1, 2)
+        self.cells = (self.cells[:, None] * parts + offsets).reshape(-1, 2)
+        self.count, self.axes = self.count * parts, self.axes / parts[:, None]
+        self.traced()
+
+    def groups(self) -> "list[tuple[ChartGrid, Bool[Array, ' 2']]]":
+        """The cells in which curves lie, apart where they do not touch and should be halved in other directions."""
+        near = np.flatnonzero(self.near())
+        if not len(near):
+            return []
+        label = self._labels(near)
+        along, across = (np.zeros(label.max() + 1) for _ in range(2))
+        for most, side in zip((along, across), self.sides(), strict=True):
+            np.maximum.at(most, label, side[near])
+        parts = []
+        for one in np.flatnonzero(np.bincount(label) > self.tried).tolist():
+            better = self._along_curve(near[label == one])
+            if better is not None:
+                parts += better.groups()
+                near, label = near[label != one], label[label != one]
+        longest = _LONGEST * self.patch.disc.smaller
+        wide, high = along > np.maximum(longest, across / 2), across > np.maximum(longest, along / 2)
+        kind = (2 * wide + high)[label]
+        for one in np.unique(kind).tolist():
+            part = self._of(near[kind == one])
+            parts.append((part, np.array([one >= 2, one % 2 == 1])))
+        return parts
+
+    def _of(self, chosen: Int[Array, " chosen"]) -> "ChartGrid":
+        """Some of the cells."""
+        part = copy(self)
+        part.cells, part.which = self.cells[chosen], self.which[chosen]
+        if self.turned:
+            part.which_middle = self.which_middle[chosen]
+        return part
+
+    def _labels(self, near: Int[Array, " near"]) -> Int[Array, " near"]:
+        """Numbers of the pieces that hang together by corners."""
+        which = self.which[near]
+        entries = np.ones(which.size), (np.repeat(np.arange(len(near)), 4), len(near) + which.ravel())
+        graph = scipy.sparse.coo_matrix(entries, shape=(len(near) + len(self.corners),) * 2)
+        return scipy.sparse.csgraph.connected_components(graph, directed=False)[1][: len(near)]
+
+    def _along_curve(self, piece: Int[Array, " cells"]) -> "ChartGrid | None":
+        """Cells over the same piece that are long where the map hardly changes; None unless these are fewer."""
+        number = self.cells[piece] - self.cells[piece[0]]
+        if not self.turned:
+            number[:, 0] = (number[:, 0] + self.count[0] // 2) % self.count[0] - self.count[0] // 2
+            if np.ptp(number[:, 0]) > self.count[0] / 3:
+                return None
+        corner = self.seen.place[self.which[piece]]
+        along, across = (corner[:, b] - corner[:, a] + corner[:, d] - corner[:, c] for a, b, c, d in _EDGES)
+        rates = np.stack([along, across], axis=1) / 2
+        square, vectors = np.linalg.eigh(np.einsum("nix,njx->ij", rates, rates) / len(piece))
+        short, long = vectors[:, 1], vectors[:, 0]
+        if short[0] * long[1] < short[1] * long[0]:
+            long = -long
+        extent = np.ptp(number @ long) + 1
+        stretch = min(math.sqrt(square[1] / max(square[0], 1e-300)), extent / _ACROSS)
+        self.tried = len(piece) * 2
+        if stretch < 2:
+            return None
+        better = copy(self)
+        better.turned, better.tried = True, _MANY
+        better.origin = self.place(self.cells[piece[0]].astype(float))
+        turned = np.stack([short, stretch * long])
+        better.axes = turned @ self.axes
+        inner = (number[:, None] + _SAMPLES).reshape(-1, 2) @ np.linalg.inv(turned)
+        covered = np.floor(inner).astype(int)
+        better.cells = np.unique((np.unique(covered, axis=0)[:, None] + _AROUND_IT).reshape(-1, 2), axis=0)
+        height = better.place(better.cells[:, None] + CORNERS)[..., 1]
+        if not self.patch.open_ended and (height.min() <= self.patch.low or height.max() >= self.patch.high):
+            return None
+        better.traced()
+        return better if better.near().sum() < len(piece) / 2 else None
