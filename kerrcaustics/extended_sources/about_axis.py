@@ -35,20 +35,28 @@ def symmetric(sheets: Sheets) -> bool:
     return all(curve.is_point for curve in sheets.curves)
 
 
-def limb_about_axis(sheets: Sheets, circle: Circle, wanted: float) -> BoundaryArcs:
-    """The images of the limb of a disc; wanted: error of their areas in all, square radians."""
-    axis, toward = np.empty((3, 3)), from_angles(sheets.camera.inclination, 0.0)
-    axis[:2], axis[2] = polar_basis(toward), toward
-    end = _longitudes(circle, axis)
-    count, parts = len(end) - 1, []
-    for sheet in sheets.sheets[int(sheets.curves.domain.unbounded) :]:
-        first = 1 + max((int(part.right.max()) for part in parts), default=-1)
-        left, index = first + np.arange(count), np.full(count, sheet.index)
-        seen = _Sheet(sheets, sheet, axis, circle)
-        arcs = refined(seen.traced, index, end[:-1], end[1:], left, np.roll(left, -1), first + count, wanted)
-        assert arcs is not None
-        parts.append(arcs)
-    return parts[0].joined(*parts[1:])
+class AxialLimb:
+    """The images of the limb of a disc on such a sky."""
+
+    def __init__(self, sheets: Sheets, circle: Circle) -> None:
+        """Trace a line of rays for each index when it is first needed."""
+        toward = from_angles(sheets.camera.inclination, 0.0)
+        axis = np.stack([*polar_basis(toward), toward])
+        self._longitude = _longitudes(circle, axis)
+        seen = sheets.sheets[int(sheets.curves.domain.unbounded) :]
+        self._sheets = [_SeenOnSheet(sheets, sheet, axis, circle) for sheet in seen]
+
+    def arcs(self, wanted: float) -> BoundaryArcs:
+        """Arcs along all images; wanted: error of their areas in all, square radians."""
+        low, high = self._longitude[:-1], self._longitude[1:]
+        count, parts = len(low), []
+        for seen in self._sheets:
+            first = 1 + max((int(part.right.max()) for part in parts), default=-1)
+            left, index = first + np.arange(count), np.full(count, seen.sheet.index)
+            arcs = refined(seen.traced, index, low, high, left, np.roll(left, -1), first + count, wanted)
+            assert arcs is not None
+            parts.append(arcs)
+        return parts[0].joined(*parts[1:])
 
 
 def _longitudes(circle: Circle, axis: Float[Array, "3 3"]) -> Float[Array, " longitudes"]:
@@ -62,7 +70,7 @@ def _longitudes(circle: Circle, axis: Float[Array, "3 3"]) -> Float[Array, " lon
 
 
 @dataclass(frozen=True, eq=False)
-class _Sheet:
+class _SeenOnSheet:
     """Images of the points of a circle with one Morse index.
 
     axis: rows e_theta, e_phi at the viewer and the direction from the hole to it.

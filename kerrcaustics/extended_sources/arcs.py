@@ -16,6 +16,9 @@ GUESSED = legendre.leggauss(6)[0]
 NODES, WEIGHTS = legendre.leggauss(7)
 """Places in (-1, 1) along an arc of its points, at which it is checked, with their weights."""
 
+# As many times as the number of arcs in doubt grows in a row, the curve is lost.
+_LASTING = 4
+
 
 @dataclass(frozen=True)
 class BoundaryArcs(Rows):
@@ -32,6 +35,11 @@ class BoundaryArcs(Rows):
     stop: Float[Array, "arcs 3"]
     points: Float[Array, "arcs nodes 3"]
     error: Float[Array, " arcs"]
+
+
+def is_lost(doubtful: list[int]) -> bool:
+    """Whether a curve is lost, by the numbers of its arcs in doubt after each halving."""
+    return len(doubtful) > _LASTING and bool((np.diff(doubtful[-_LASTING - 1 :]) > 0).all())
 
 
 def values_at(nodes: Float[Array, " nodes"], places: Float[Array, " places"]) -> Float[Array, "places nodes"]:

@@ -15,6 +15,7 @@ from kerrcaustics.extended_sources.arcs import (
     WEIGHTS,
     BoundaryArcs,
     along,
+    is_lost,
     values_at,
 )
 from kerrcaustics.extended_sources.chart_curves import on_curves
@@ -31,8 +32,6 @@ _TO_CHECK = values_at(NODES, GUESSED)
 # Rounds of halving; arcs that are halved together, at most; an arc is not halved where its error is below so many times
 # that of its points, nor is one in doubt whose error is below the last number, radians squared by the area.
 _MOST_HALVINGS, _MOST_ARCS, _ROUND_OFF, _SMALL = 14, 4000, 3.0, 1e-7
-# As many times as the number of arcs in doubt grows in a row, the curve is lost.
-_LASTING = 4
 # Longest arcs of the rim, radians of edge phase; how close to it nodes lie, a part of the chart.
 _LONGEST, _CLOSE = 0.25, 1e-12
 # Places along a step at which the distance of a caustic is looked at; imaginary parts below this are round-off.
@@ -74,8 +73,7 @@ def arcs_along(patch: Patch, found: Contours, wanted: float) -> ChartArcs:
         good = (off <= wanted * area / len(steps)) | (off <= _ROUND_OFF * noise)
         good &= noise < size**2
         bad.append(int((~good).sum()))
-        lasting = len(bad) > _LASTING and bool((np.diff(bad[-_LASTING - 1 :]) > 0).all())
-        kept = good | (halving == _MOST_HALVINGS) | lasting | (bad[-1] > _MOST_ARCS)
+        kept = good | (halving == _MOST_HALVINGS) | is_lost(bad) | (bad[-1] > _MOST_ARCS)
         doubtful = (~good & ~(arcs.arcs.error <= _SMALL * area)).astype(int)
         parts.append(replace(arcs, doubtful=doubtful)[kept])
         steps, first = _halved(steps[~kept], middle[~kept], first)
@@ -121,16 +119,6 @@ def _none() -> ChartArcs:
     number, place, real = np.empty(0, int), np.empty((0, 3)), np.empty(0)
     points = np.empty((0, len(NODES), 3))
     return ChartArcs(BoundaryArcs(number, number, number, place, place, points, real), number, real, number)
-
-
-def one_way(arcs: ChartArcs) -> ChartArcs:
-    """The same with the disc on one side of the limb: short arcs at the tips of images may have been turned round."""
-    limb = np.where(arcs.order == LIMB, arcs.sign, 0.0)
-    left, right = arcs.arcs.left, arcs.arcs.right
-    most = arcs.last_node + 1
-    leaving = np.bincount(left, limb, most) - np.bincount(right, limb, most)
-    wrong = (limb != 0) & (leaving[left] == 2 * limb) & (leaving[right] == -2 * limb)
-    return replace(arcs, sign=np.where(wrong, -arcs.sign, arcs.sign))
 
 
 def extremes(patch: Patch, found: Contours) -> Float[Array, " extremes"]:

@@ -23,20 +23,20 @@ _LONGEST = 0.5
 
 
 @dataclass(frozen=True)
-class Crossings:
+class LimbCrossings:
     """Crossings of caustics with the limb of a disc: orders, and edge phases of the critical curves, radians."""
 
     order: Int[Array, " crossings"]
     edge_phase: Float[Array, " crossings"]
 
     @classmethod
-    def none(cls) -> "Crossings":
+    def none(cls) -> "LimbCrossings":
         """Of a limb that no caustic crosses."""
         return cls(np.empty(0, int), np.empty(0))
 
 
 def critical_arcs(
-    sheets: Sheets, circle: Circle, crossings: Crossings, curve: CriticalCurve, first: int, wanted: float
+    sheets: Sheets, circle: Circle, crossings: LimbCrossings, curve: CriticalCurve, first: int, wanted: float
 ) -> tuple[BoundaryArcs, tuple[str, ...]]:
     """The arcs of a critical curve whose caustic lies within a circle, toward larger edge phase.
 
@@ -46,7 +46,7 @@ def critical_arcs(
         Refined near the circle.
     circle : Circle
         The rim of the disc.
-    crossings : Crossings
+    crossings : LimbCrossings
         Where caustics cross it: nodes are numbered as they are.
     curve : CriticalCurve
         One of the sheets.

@@ -23,6 +23,7 @@ from kerrcaustics.extended_sources.arcs import (
     BoundaryArcs,
     along,
     at_nodes,
+    is_lost,
     unit,
     values_at,
     with_ends,
@@ -51,8 +52,6 @@ _LONGEST_STEP, _LONGEST_AT_FOLD, _LONGEST_PART, _MOST_COSINE = 0.25, 0.02, 0.3, 
 # Longest turn about the hole, radians, of arcs of images of index 2 that are moved along the limb, times the next for
 # each more: as the square root of the thickness of the layers of images.
 _LONGEST_TURN, _THINNER = 0.002, 0.2
-# As many times as the number of arcs in doubt grows in a row, the limb is lost.
-_LASTING = 4
 # An arc is not halved where its error is below so many times that of the rays.
 _ROUND_OFF = 5.0
 
@@ -138,8 +137,7 @@ class Limb:
             lost = (np.abs(np.einsum("anx,anx->an", rate, offset.inward)) > _MOST_COSINE * speed).any(axis=1)
             good = ~lost & ((beside <= wanted / len(links)) | (beside <= _ROUND_OFF * noise))
             bad.append(int((~good).sum()))
-            lasting = len(bad) > _LASTING and bool((np.diff(bad[-_LASTING - 1 :]) > 0).all())
-            kept = good | (halving == _MOST_HALVINGS) | lasting | (bad[-1] > _MOST_ARCS)
+            kept = good | (halving == _MOST_HALVINGS) | is_lost(bad) | (bad[-1] > _MOST_ARCS)
             parts.append(BoundaryArcs(links.index, links.left, links.right, start, stop, points, beside + noise)[kept])
             if kept.all():
                 break

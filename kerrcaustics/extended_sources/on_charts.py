@@ -19,7 +19,7 @@ from kerrcaustics.extended_sources.area import (
     turns_about,
     winding,
 )
-from kerrcaustics.extended_sources.chart_arcs import LIMB, ChartArcs, arcs_along, extremes, one_way, rim_arcs
+from kerrcaustics.extended_sources.chart_arcs import LIMB, ChartArcs, arcs_along, extremes, rim_arcs
 from kerrcaustics.extended_sources.contours import contours
 from kerrcaustics.extended_sources.measured_disc import MeasuredDisc, summed
 from kerrcaustics.extended_sources.nearby_caustics import curves_near
@@ -63,7 +63,7 @@ def measured_on_charts(
     parts, doubts, faults = [], [], []
     for patch in patches:
         found = contours(patch)
-        arcs = one_way(arcs_along(patch, found, _WANTED))
+        arcs = arcs_along(patch, found, _WANTED)
         first = 1 + max(arcs.last_node, found.last_node)
         parts.append(arcs.joined(rim_arcs(patch, found, first)))
         faults += found.remarks

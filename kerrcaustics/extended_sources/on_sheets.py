@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from kerrcaustics.beams.ends import End
-from kerrcaustics.extended_sources.about_axis import limb_about_axis, symmetric
+from kerrcaustics.extended_sources.about_axis import AxialLimb, symmetric
 from kerrcaustics.extended_sources.arcs import BoundaryArcs, with_ends
 from kerrcaustics.extended_sources.area import (
     Weight,
@@ -18,7 +18,7 @@ from kerrcaustics.extended_sources.area import (
     turns_about,
     winding,
 )
-from kerrcaustics.extended_sources.critical_arcs import Crossings, critical_arcs
+from kerrcaustics.extended_sources.critical_arcs import LimbCrossings, critical_arcs
 from kerrcaustics.extended_sources.limb import GuessedArcs, Limb
 from kerrcaustics.extended_sources.measured_disc import MeasuredDisc, summed
 from kerrcaustics.extended_sources.nearby_caustics import distance, refined_near
@@ -94,34 +94,36 @@ class _Followed:
     """
 
     arcs: BoundaryArcs
-    crossings: Crossings | None
+    crossings: LimbCrossings | None
     wanted: float
     doubts: tuple[str, ...] = ()
     faults: tuple[str, ...] = ()
 
 
 def _limb(sheets: Sheets, viewer: Viewer, rim: Circle) -> _Followed:
+    """The limb from a few images, about an axis, or followed through folds as the tracks of stars are."""
     nearest = min(distance(curve, rim.axes[2]) for curve in sheets.curves)
     if nearest > _CLEAR * rim.angle:
         guessed = of_small_images(sheets, rim)
         if guessed is not None:
             return _brought(sheets, rim, guessed, None, ())
     if symmetric(sheets):
-        wanted = _WANTED * _about(limb_about_axis(sheets, rim, math.inf), sheets)
+        limb = AxialLimb(sheets, rim)
+        wanted = _WANTED * _about(limb.arcs(math.inf), sheets)
         touched = [curve.order for curve in sheets.curves if abs(rim.height(curve.points.direction)).min() < curve.blur]
         faults = tuple(f"the limb passes the caustic of order {k}, which is a point" for k in touched)
-        return _Followed(limb_about_axis(sheets, rim, wanted), Crossings.none(), wanted, (), faults)
+        return _Followed(limb.arcs(wanted), LimbCrossings.none(), wanted, (), faults)
     branches = Branches(sheets, viewer, rim, _LONGEST_STEP)
     events = branches.events
     faults = [*events.remarks, *branches.remarks]
     if not events.known.all():
         faults.append(f"the counts beside {(~events.known).sum()} events on the limb are not what they should be")
-    crossings = Crossings(events.order, events.points.edge_phase)
+    crossings = LimbCrossings(events.order, events.points.edge_phase)
     return _brought(sheets, rim, of_branches(branches), crossings, tuple(faults))
 
 
 def _brought(
-    sheets: Sheets, rim: Circle, guessed: GuessedArcs, crossings: Crossings | None, faults: tuple[str, ...]
+    sheets: Sheets, rim: Circle, guessed: GuessedArcs, crossings: LimbCrossings | None, faults: tuple[str, ...]
 ) -> _Followed:
     """Guesses brought to the limb."""
     wanted = _WANTED * _about(guessed.arcs(), sheets)
