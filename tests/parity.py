@@ -220,6 +220,7 @@ IN_PLANE = "from within the plane every crossing is a conjugate point of the ray
 REFUSED = (
     Refusal(EVERY, ("beyond",), ("infinity",), None, "nothing lies beyond an observer at infinity"),
     Refusal(("circle_images", "crossings_of_line"), ("plane",), ALL, "end", "great circles are circles of a sphere"),
+    Refusal(("amplification",), ("plane",), ALL, "end", "waves of a source arrive by all crossings together"),
     Refusal(
         ("circle_images", "crossings_of_line"),
         ("within",),
@@ -259,8 +260,7 @@ REFUSED = (
         ("render_volume",), ("plane",), ALL, None, "a plane has no depth along a ray: matter in it is a disk, of render"
     ),
 )
-# Of a source at a finite radius the area of the beam there is not known yet.
-GAPS: tuple[Gap, ...] = (Gap(("amplification",), FINITE, ALL, "refuses `end`"),)
+GAPS: tuple[Gap, ...] = ()
 
 
 def cells() -> list[Cell]:

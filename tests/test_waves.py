@@ -11,12 +11,12 @@ import pytest
 from command_line import run
 
 import kerrcaustics as kc
+from kerrcaustics.beams.ends import SKY
 from kerrcaustics.images.sheets import sheets_of
-from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.scripts import STUDIES
-from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.waves.nearest_curve import nearest_curve
 from kerrcaustics.waves.uniform import fold_pair, pearcey, ring_pair
+from kerrcaustics.waves.wave_sources import WaveSource
 
 TWIN = STUDIES.module("truth.partial_waves")
 CAMERA = kc.Camera(0.0, 10.0, math.pi / 2, "fiducial")
@@ -32,6 +32,71 @@ def test_partial_waves_lie_within_the_error(omega):
     for angle, value in zip(angles, expected, strict=True):
         seen = kc.amplification(CAMERA, (math.pi / 2, math.pi - angle), omega, max_index=4)
         assert seen.certified and abs(seen.value[0] - value) < seen.error[0] < 0.11 / omega * max(abs(value), 1)
+
+
+@pytest.mark.parametrize("radius", [2.3, pytest.param(4.5, marks=pytest.mark.slow)])
+def test_errors_hold_next_to_the_hole(radius):
+    """Where rings are seen far from the axis, and asymptotics are worse."""
+    camera = kc.Camera(0.0, radius, math.pi / 2, "static")
+    angles = (0.1, 0.6, 1.0, 1.3, 2.6)
+    for omega in (0.25, 1.0):
+        for angle, value in zip(angles, TWIN.field(omega, radius, np.array(angles)), strict=True):
+            seen = kc.amplification(camera, (math.pi / 2, math.pi - angle), omega, max_index=4)
+            assert abs(seen.value[0] - value) < seen.error[0]
+
+
+@pytest.mark.parametrize(
+    "radii",
+    [(10.0, 20.0), *(pytest.param(r, marks=pytest.mark.slow) for r in ((10.0, 200.0), (4.0, 30.0), (2.3, 4.0)))],
+)
+def test_green_s_function_of_partial_waves(radii):
+    """Of sources at a finite radius, beyond the camera and within its radius."""
+    angles = np.array([1e-3, 0.3, 1.8])
+    for omega in (0.5, 4.0):
+        expected = TWIN.field_within(omega, radii, math.pi - angles)
+        for seen_from, end in (radii, radii[::-1]):
+            camera = kc.Camera(0.0, seen_from, math.pi / 2, "static")
+            for angle, value in zip(angles, expected, strict=True):
+                seen = kc.amplification(camera, (math.pi / 2, math.pi - angle), omega, max_index=4, end=end)
+                assert seen.certified and abs(seen.value[0] - value) < seen.error[0] < 0.16 * max(abs(value), 1)
+
+
+@pytest.mark.parametrize(
+    ("viewer", "radius"),
+    [(kc.Camera(0.9, 20.0, 1.1, (0.1, 0.2, -0.3)), 6.0), (kc.Observer(spin=0.9, inclination=1.0), 10.0)],
+)
+def test_source_and_viewer_change_places(viewer, radius):
+    """Images of a source within the viewer's radius, traced there: the amplitudes and times of the exchanged ones."""
+    place = (1.4, 2.5)
+    seen = kc.amplification(viewer, place, [0.5, 5.0], end=radius)
+    rays = kc.star_images(viewer, place, seen.max_index, end=radius)
+    b, q = (np.array(part) for part in constants_of(viewer, rays))
+    square = radius**2 + 0.9**2
+    root = np.sqrt((square - 0.9 * b) ** 2 - (square - 2 * radius) * (q + (b - 0.9) ** 2))
+    # nu_viewer / E is g by u^t of a static source, less what the source's motion round the hole would add: none.
+    clock = 1 / math.sqrt(1 - 2 * radius / (radius**2 + (0.9 * math.cos(1.4)) ** 2))
+    apart = 1.0
+    if math.isfinite(viewer.radius):
+        ends = [
+            r * np.array([math.sin(t) * math.cos(p), math.sin(t) * math.sin(p), math.cos(t)])
+            for r, t, p in ((viewer.radius, viewer.inclination, 0.0), (radius, *place))
+        ]
+        apart = np.linalg.norm(ends[0] - ends[1])
+    amplitude = rays.redshift * clock * apart * np.sqrt(rays.magnification / root)
+    order = np.argsort(seen.image_time[seen.image_index <= seen.max_index])
+    assert seen.image_amplitude[order] == pytest.approx(amplitude[np.argsort(rays.time)], rel=1e-9)
+    assert seen.image_time[order] == pytest.approx(np.sort(rays.time), abs=1e-9)
+    assert seen.images.index.tolist() == rays.index.tolist() and np.isfinite(seen.value).all()
+
+
+def constants_of(viewer, rays):
+    """b and q of the light of images within the viewer's radius."""
+    found = []
+    for sky, second in zip(rays.sky, rays.second_arrival, strict=True):
+        end = kc.Sphere(rays.surface.radius, second_arrival=bool(second))
+        at = kc.trace_beams(viewer, sky, end=end, constants=True)
+        found.append((float(at.impact), float(at.carter)))
+    return zip(*found, strict=True)
 
 
 def point_mass(w, y):
@@ -75,7 +140,7 @@ def test_glory_of_a_hole_without_spin():
 def test_stationary_places_are_the_images(order):
     """The sum of a ring is that of its images where these are far apart in phase."""
     star = (1.5, 2.5) if order == 1 else (1.2, 4.9)
-    curve = nearest_curve(search_sky(SPINNING), sheets_of(SPINNING, 2).curves, order, from_angles(*star))
+    curve = nearest_curve(WaveSource(SPINNING, SKY, star), sheets_of(SPINNING, 2).curves, order)
     assert curve.is_smooth and curve.nodes(10.0) > 1.2 * 10 * curve.fastest
     waves = kc.amplification(SPINNING, star, 1.0, method="images", max_index=2)
     here = (waves.image_index == order - 1) | (waves.image_index == order)
@@ -230,7 +295,8 @@ def test_patterns_are_those_of_single_stars():
         ({"frequencies": []}, "Argument `frequencies` must be a number or a list"),
         ({"frequencies": "low"}, "Argument `frequencies` must be finite"),
         ({"max_index": 7}, "Argument `max_index`"),
-        ({"end": 20.0}, "Argument `end` must be math.inf"),
+        ({"end": kc.EquatorialPlane(1)}, "Argument `end` must be math.inf or the radius of the source"),
+        ({"end": 1.0}, "Argument `end` must be larger than the horizon radius"),
         ({"method": "waves"}, "Argument `method` must be one of auto, images, fold, cusp, ring, line"),
         ({"source": (1.0, 2.0, 3.0)}, "Argument `source`"),
     ],

@@ -25,6 +25,7 @@ _COUNT, _MOST_COUNT, _SHOWN = 200, 100_000, 12
     **with_examples(
         "amplification --spin 0.9 --radius 10 --star 80 166 --frequency 1:100 --figure waves.png",
         "amplification --spin 0 --radius 10 --star 90 180 --frequency 2 --table waves.csv",
+        "amplification --spin 0.9 --radius inf --inclination 60 --star 80 166 --source-radius 20 --frequency 1:10",
     )
 )
 def amplification(
@@ -33,6 +34,7 @@ def amplification(
     star: Angles,
     frequency: str,
     max_index: MaxIndex = 2,
+    source_radius: float = math.inf,
     method: WaveMethod = "auto",
     figure: FileName | None = None,
     table: FileName | None = None,
@@ -47,8 +49,10 @@ def amplification(
         Its place: theta' from the spin axis and phi', degrees.
     frequency
         Angular frequency times the mass, or a range LOW:HIGH or LOW:HIGH:COUNT with steps in proportion.
+    source_radius
+        Radius of the star, in units of the mass; left out, it lies on the celestial sphere.
     method
-        auto, images, fold, ring or line.
+        auto, images, fold, cusp, ring or line.
     figure
         Draw the modulus of the field against frequency into this file: .png, .pdf or .svg.
     table
@@ -62,13 +66,15 @@ def amplification(
     omega = _frequencies(frequency)
     seen_from = camera.viewer()
     began = time.perf_counter()
-    with plain_errors({"source": "star", "frequencies": "frequency"}), progress() as report:
+    with plain_errors({"source": "star", "frequencies": "frequency", "end": "source-radius"}), progress() as report:
         from kerrcaustics.results import storage
         from kerrcaustics.results.records import record
         from kerrcaustics.waves import amplification as waves
 
         place = math.radians(star[0]), math.radians(star[1])
-        seen = waves.amplification(seen_from, place, omega, max_index=max_index, method=method, progress=report)
+        seen = waves.amplification(
+            seen_from, place, omega, max_index=max_index, end=source_radius, method=method, progress=report
+        )
         seconds = time.perf_counter() - began
         if save is not None:
             storage.save(save, seen)

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.astronomy.row_tables import FrequencyTable
-from kerrcaustics.beams.ends import SKY, End, Wherever, end_of
+from kerrcaustics.beams.ends import CelestialSphere, End, Sphere, Wherever, end_of
 from kerrcaustics.choices import WaveMethod
 from kerrcaustics.images.images import StarImages, checked_place, star_images
 from kerrcaustics.images.sheets import HIGHEST_INDEX
@@ -19,6 +19,7 @@ from kerrcaustics.spacetime.checks import numbers, one_of, quoted, whole_number
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.waves.image_groups import best_parts, left_out
 from kerrcaustics.waves.wave_images import wave_images
+from kerrcaustics.waves.wave_sources import WaveSource
 
 Array = np.ndarray
 
@@ -61,7 +62,7 @@ class Amplification(FrequencyTable):
     @property
     def images(self) -> StarImages:
         """The images up to `max_index`, looked for again."""
-        return star_images(self.camera, self.source, self.max_index)
+        return star_images(self.camera, self.source, self.max_index, end=self.surface)
 
     def __repr__(self) -> str:
         """Summary in one line: the source, and how many frequencies."""
@@ -88,14 +89,15 @@ def amplification(
     viewer : Camera or Observer
         Its velocity does not matter: the field is that at its event, for each frequency at infinity.
     source : (theta', phi')
-        A point on the celestial sphere, radians.
+        A point on the sphere of `end`, radians.
     frequencies : array or float
         Angular frequencies at infinity times the mass, 0.05 or more in modulus; negative ones have the complex
         conjugate. A wavelength is 2 pi / frequency, in units of the mass.
     max_index : int
         0 to 6: images with Morse index up to it, and those that belong to the same ring.
-    end : float or CelestialSphere
-        math.inf: sources lie on the celestial sphere.
+    end : float, CelestialSphere or Sphere
+        Radius of the source; math.inf is the celestial sphere. A source in the equatorial plane lies on the sphere of
+        its radius.
     method : str
         "auto", for each frequency what has the smallest error; or one of these everywhere: "images", their sum; "fold",
         pairs beside folds by Airy functions; "cusp", three images within a cusp by Pearcey's integral; "ring", pairs
@@ -107,8 +109,10 @@ def amplification(
     -------
     Amplification
         The field by that of the same source without the hole, which is 1; waves go as exp(-i omega t), and times are
-        those of `trace_rays`. Of an Observer at infinity it is the scattering amplitude, a length: |f|^2 is the cross
-        section by solid angle, without the incident wave.
+        those of `trace_rays`. Of an Observer at infinity and the celestial sphere it is the scattering amplitude, a
+        length: |f|^2 is the cross section by solid angle, without the incident wave. The strength of a source at a
+        finite radius is by coordinate time, and its field without the hole that at the distance in flat space of both
+        places, as their coordinates have them: source and viewer may change places.
 
     Raises
     ------
@@ -139,13 +143,13 @@ def amplification(
     """
     check_viewer(viewer)
     surface = end_of(viewer, end)
-    if surface is not SKY:
-        raise ValueError(f"Argument `end` must be math.inf, the celestial sphere, but is {quoted(end)}.")
+    if not isinstance(surface, CelestialSphere | Sphere):
+        raise ValueError(f"Argument `end` must be math.inf or the radius of the source, but is {quoted(end)}.")
     highest = whole_number("max_index", max_index, 0, HIGHEST_INDEX)
     place = checked_place("source", source, viewer, surface)
     omega = _checked_frequencies(frequencies)
     one_of("method", method, METHODS)
-    return _amplification(viewer, place, omega, highest, method)
+    return _amplification(WaveSource(viewer, surface, place), omega, highest, method)
 
 
 def _checked_frequencies(frequencies: ArrayLike) -> Float[Array, " frequencies"]:
@@ -162,11 +166,12 @@ def _checked_frequencies(frequencies: ArrayLike) -> Float[Array, " frequencies"]
 
 
 def _amplification(
-    viewer: Viewer, place: tuple[float, float], omega: Float[Array, " frequencies"], highest: int, how: str
+    asked: WaveSource, omega: Float[Array, " frequencies"], highest: int, how: WaveMethod
 ) -> Amplification:
-    seen = star_images(viewer, place, min(highest + 1, HIGHEST_INDEX))
-    waves = wave_images(seen)
-    parts = best_parts(viewer, place, waves, highest, np.abs(omega), how)
+    source = asked.beyond_viewer()
+    seen = star_images(source.viewer, source.place, min(highest + 1, HIGHEST_INDEX), end=source.surface)
+    waves = wave_images(source, seen)
+    parts = best_parts(source, waves, highest, np.abs(omega), how)
     field = np.sum([part.value for part in parts], axis=0)
     field = np.where(omega < 0, field.conj(), field)
     taken = max((part.last for part in parts), default=highest)
@@ -174,9 +179,9 @@ def _amplification(
     error = np.sum([part.error for part in parts], axis=0) + beyond
     brightest = np.argmax([np.abs(part.value) for part in parts], axis=0)
     return Amplification(
-        camera=viewer,
-        surface=SKY,
-        source=place,
+        camera=asked.viewer,
+        surface=asked.surface,
+        source=asked.place,
         max_index=highest,
         frequency=omega,
         real=field.real,

@@ -9,13 +9,12 @@ import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.curves.critical_points import Points
-from kerrcaustics.images.sheets import HIGHEST_INDEX, sheets_of
-from kerrcaustics.lens_map.search_sky import search_sky
-from kerrcaustics.spacetime.sphere import from_angles, lengths
-from kerrcaustics.spacetime.viewer import Viewer
+from kerrcaustics.images.sheets import HIGHEST_INDEX
+from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.waves.nearest_curve import FARTHEST, NearestCurve, nearest_curve, next_order
 from kerrcaustics.waves.uniform import cusp_triple, fold_pair, ring_pair
 from kerrcaustics.waves.wave_images import WaveImages
+from kerrcaustics.waves.wave_sources import WaveSource
 
 Array = np.ndarray
 
@@ -33,6 +32,9 @@ _SMALL = 3.0
 # Errors times the frequency, in parts of the field: of separate images, of a primary ring with its next phase, and of
 # other rings and folds; a frequency that is added to it, as asymptotics of long waves fail by less than that.
 _OF_IMAGES, _OF_PRIMARY, _OF_RING, _LONG_WAVES = 0.01, 0.042, 0.06, 0.1
+# The growth of the error of a ring by the square of its distance from the axis, radians, and by the inverse radius of
+# the viewer, as partial waves show it.
+_OFF_AXIS = 3.0
 # Errors of two images as a sum, by the phase between them: at a fold and on a ring, and the next order.
 _AT_FOLD, _ON_RING, _NEXT_ORDER = 0.14, 0.18, 0.7
 # Amplitude of each index by that before, at least, where it is not known.
@@ -50,26 +52,24 @@ class GroupWaves:
 
 
 def best_parts(
-    viewer: Viewer,
-    place: tuple[float, float],
+    source: WaveSource,
     waves: WaveImages,
     highest: int,
     omega: Float[Array, " frequencies"],
     how: str,
 ) -> list[GroupWaves]:
     """Groups of two neighbouring indices, from 0 and 1 on or from 1 and 2 on: those whose error is smaller in all."""
-    sheets, sky = sheets_of(viewer, min(highest + 1, HIGHEST_INDEX)), search_sky(viewer)
-    star = from_angles(*place)
+    sheets, star = source.sheets(min(highest + 1, HIGHEST_INDEX)), source.star
     groups = []
     for order in range(1, highest + 2):
         caustic = sheets.curves.curves[order - 1].points if order <= len(sheets.curves.curves) else None
         curve = None
         near = caustic is not None and lengths(caustic.direction - star).min() < FARTHEST
         if near and how in ("auto", "line"):
-            curve = nearest_curve(sky, sheets.curves, order, star)
+            curve = nearest_curve(source, sheets.curves, order)
         if curve is not None and not curve.is_smooth:
             curve = None
-        groups.append(_BesideCurve(waves.ring(order), curve, order, caustic, star))
+        groups.append(_BesideCurve(waves.ring(order), curve, order, caustic, star, source.nearness))
     choices = []
     for first in (1, 2):
         parts = [] if first == 1 else [_alone(waves[waves.index == 0], omega)]
@@ -118,7 +118,7 @@ class _BesideCurve:
     """The images beside a critical curve.
 
     ring: in the order of their position angles; curve: their nearest curve, if it is smooth; order: of the critical
-    curve; caustic: its points, None if they are not known; star: direction.
+    curve; caustic: its points, None if they are not known; star: direction; nearness: of viewer and source to the hole.
     """
 
     ring: WaveImages
@@ -126,6 +126,7 @@ class _BesideCurve:
     order: int
     caustic: Points | None
     star: Float[Array, " 3"]
+    nearness: float
 
     def best(self, omega: Float[Array, " frequencies"], how: str) -> GroupWaves:
         """For each frequency the method with the smallest error, or the one that is wanted."""
@@ -154,12 +155,14 @@ class _BesideCurve:
             value = self.curve.field(omega)
             # What the images would be without their phases, but on a caustic no more than there can be.
             size = np.minimum(np.sqrt(omega) * self.curve.brightest, apart)
-            ways["line"] = value, share * np.maximum(np.abs(value), size)
+            ways["line"] = value, share * self.curve.far_off * np.maximum(np.abs(value), size)
         elif len(ring) == 2:
             early = np.argsort(ring.time)
             value = ring_pair(omega, int(ring.index.min()), _two(ring.time[early]), _two(ring.amplitude[early]))
             size = np.sqrt(math.pi * omega * np.ptp(ring.time) / 4) * ring.amplitude.sum()
-            error = (share + self._not_round(omega)) * np.maximum(np.abs(value), np.minimum(size, apart))
+            error = (share * self._off_axis + self._not_round(omega)) * np.maximum(
+                np.abs(value), np.minimum(size, apart)
+            )
             ways["ring"] = value * next_order(self.order, omega), error + self._beyond_caustic(omega)
         if len(ring):
             error = summed_error(ring, omega) + error_of_images(ring, omega)
@@ -171,6 +174,14 @@ class _BesideCurve:
         return {
             name: (np.nan_to_num(value), np.nan_to_num(error, nan=math.inf)) for name, (value, error) in ways.items()
         }
+
+    @property
+    def _off_axis(self) -> float:
+        """By how much the error of a ring is larger than on the axis."""
+        if self.caustic is None:
+            return 1.0
+        away = float(lengths(self.caustic.direction - self.star).max())
+        return 1 + _OFF_AXIS * self.nearness * away**2
 
     def _not_round(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
         """The error of a ring by its field, as its caustic is no point.
@@ -267,9 +278,15 @@ def _share(order: int, omega: Any) -> Any:
     return (_OF_PRIMARY if order == 1 else _OF_RING) / (omega + _LONG_WAVES)
 
 
-def ring_error(order: int, omega: float, size: Float[Array, " places"], ring: WaveImages) -> Float[Array, " places"]:
-    """The error of the integral of a ring whose field has the given moduli, beside images of one star."""
-    return _share(order, omega) * np.maximum(size, float(np.linalg.norm(np.minimum(ring.amplitude, size.max()))))
+def ring_error(
+    curves: Sequence[NearestCurve], omega: float, size: Float[Array, " places"], ring: WaveImages
+) -> Float[Array, " places"]:
+    """The error of integrals of a ring whose fields have the given moduli, beside images of one star."""
+    return (
+        _share(curves[0].order, omega)
+        * max(curve.far_off for curve in curves)
+        * np.maximum(size, float(np.linalg.norm(np.minimum(ring.amplitude, size.max()))))
+    )
 
 
 def left_out(waves: WaveImages, last: int) -> float:

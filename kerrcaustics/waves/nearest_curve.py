@@ -13,15 +13,16 @@ import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.beams.beam import Beams
-from kerrcaustics.beams.ends import SKY
+from kerrcaustics.beams.ends import CelestialSphere, Sphere
 from kerrcaustics.beams.trace import trace_beams, trace_rays
 from kerrcaustics.curves.critical_curves import CriticalCurves
 from kerrcaustics.lens_map.domains import Ring, domain_of
-from kerrcaustics.lens_map.search_sky import TOLERANCE, SearchSky
+from kerrcaustics.lens_map.search_sky import TOLERANCE, SearchSky, search_sky
 from kerrcaustics.lens_map.sky_lines import periodic
 from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import lengths, polar_basis, tangent_basis
 from kerrcaustics.spacetime.viewer import Viewer
+from kerrcaustics.waves.wave_sources import WaveSource
 
 Array = np.ndarray
 
@@ -39,6 +40,9 @@ _SAMPLES, _OUTERMOST, _OF_SAMPLES = 24, 0.02, 1e-8
 _TINY = 1e-3
 # By the frequency.
 _NEXT_PHASE = 1 / 24
+# The growth of the error by the square of the farthest nearest place, radians, and by the inverse radius of the viewer,
+# as partial waves show it.
+_FAR_OFF = 6.5
 # Differences along the sky's coordinates.
 _DIFFERENCE = 1e-5
 # Nodes of the sum: per radian of phase that passes in a turn, and at least.
@@ -59,7 +63,7 @@ class NearestCurve:
     order: int
     phase: Float[Array, " lines"]
     amplitude: Float[Array, " lines"]
-    away: Float[Array, " lines"]
+    far_off: float
     roughness: float
     is_smooth: bool
 
@@ -99,21 +103,21 @@ def next_order(order: int, omega: Any) -> Any:
     return np.exp(1j * _NEXT_PHASE / omega) if order == 1 else 1.0
 
 
-def nearest_curve(sky: SearchSky, curves: CriticalCurves, order: int, star: Float[Array, " 3"]) -> NearestCurve:
-    """The nearest curve of a star among the images beside the critical curve of an order."""
-    count = _LINES
+def nearest_curve(source: WaveSource, curves: CriticalCurves, order: int) -> NearestCurve:
+    """The nearest curve of a source among the images beside the critical curve of an order."""
+    count, sky = _LINES, search_sky(source.viewer)
     while True:
-        found = _with_lines(sky, order, star, *_first_depths(sky, curves, order, star, count))
+        found = _with_lines(sky, source, order, *_first_depths(sky, source, curves, order, count))
         if found.is_smooth or 2 * count > _MOST_LINES or (count > _LINES and found.roughness > _JUMPS):
             return found
         count *= 2
 
 
 def _first_depths(
-    sky: SearchSky, curves: CriticalCurves, order: int, star: Float[Array, " 3"], count: int
+    sky: SearchSky, source: WaveSource, curves: CriticalCurves, order: int, count: int
 ) -> tuple[Float[Array, " lines"], Float[Array, " lines"], Float[Array, " lines"]]:
     """Depths on lines next to the place that is nearest to the star, and the range in which they belong to the ring."""
-    edge_phase = 2 * math.pi * np.arange(count) / count
+    edge_phase = _turns(count)
     here = _depth(curves, order, edge_phase)
     inner = _depth(curves, order + 1, edge_phase) if order < len(curves.curves) else None
     outer = _depth(curves, order - 1, edge_phase) if order > 1 else None
@@ -122,9 +126,9 @@ def _first_depths(
     last = here + (here - first if inner is None else (inner - here) / 2)
     part = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
     depth = first[:, None] + part * (last - first)[:, None]
-    lines = _LineFamily(sky.search_camera, np.repeat(edge_phase, _SAMPLES))
-    rays = trace_rays(sky.search_camera, lines.sky(depth.ravel()), "auto", _OF_SAMPLES)
-    away = np.nan_to_num(lengths(rays.direction - star), nan=math.inf).reshape(depth.shape)
+    lines = _LineFamily(sky.search_camera, source.surface, np.repeat(edge_phase, _SAMPLES))
+    rays = trace_rays(sky.search_camera, lines.sky(depth.ravel()), "auto", _OF_SAMPLES, end=source.surface)
+    away = np.nan_to_num(lengths(rays.direction - source.star), nan=math.inf).reshape(depth.shape)
     return depth[np.arange(count), away.argmin(axis=1)], first, last
 
 
@@ -137,14 +141,14 @@ def _depth(curves: CriticalCurves, order: int, edge_phase: Float[Array, " lines"
 
 def _with_lines(
     sky: SearchSky,
+    source: WaveSource,
     order: int,
-    star: Float[Array, " 3"],
     depth: Float[Array, " lines"],
     first: Float[Array, " lines"],
     last: Float[Array, " lines"],
 ) -> NearestCurve:
     """The curve at so many lines, from depths beside it; first, last: their range."""
-    lines = _LineFamily(sky.search_camera, 2 * math.pi * np.arange(len(depth)) / len(depth))
+    star, lines = source.star, _LineFamily(sky.search_camera, source.surface, _turns(len(depth)))
     depth, here, lost = _nearest(lines, star, depth)
     beams, along = here.beams, here.along
     n = beams.direction
@@ -153,9 +157,8 @@ def _with_lines(
     pushed = np.einsum("nx,nx->n", ahead, _rate(impact))
     turned = (lines.sky(depth, _DIFFERENCE) - lines.sky(depth, -_DIFFERENCE)) / (2 * _DIFFERENCE)
     area = lengths(np.cross(turned, here.deeper)) * sky.still_lengths(here.sky) ** 2
-    assert beams.redshift is not None
-    with np.errstate(invalid="ignore"):
-        amplitude = beams.redshift * np.sqrt(np.abs(pushed) * area / lengths(along)) / unlensed(sky.viewer)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        amplitude = source.amplitudes(sky.search_camera, here.sky, beams, np.abs(pushed) * area / lengths(along))
     phase = sky.viewer_time(here.time, np.zeros(len(n)))[0] - impact @ star
     is_whole = bool(np.isfinite(phase).all() and np.isfinite(amplitude).all())
     one_way = bool((pushed > 0).all() or (pushed < 0).all())
@@ -164,7 +167,8 @@ def _with_lines(
     away = 2 * np.arcsin(np.clip(lengths(n - star) / 2, 0, 1))
     near = bool(((depth > first) & (depth < last) & (away < FARTHEST)).all())
     is_smooth = is_whole and one_way and near and not lost and tail < smooth
-    return NearestCurve(order, phase, amplitude, away, tail, is_smooth)
+    far_off = 1 + _FAR_OFF * source.nearness * float(away.max()) ** 2
+    return NearestCurve(order, phase, amplitude, far_off, tail, is_smooth)
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,10 +190,11 @@ class _Here:
 @dataclass(frozen=True, eq=False)
 class _LineFamily:
     camera: Viewer
+    surface: CelestialSphere | Sphere
     edge_phase: Float[Array, " lines"]
 
     def sky(self, depth: Float[Array, " lines"], turn: float = 0.0) -> Float[Array, "lines 3"]:
-        domain = domain_of(SKY, self.camera)
+        domain = domain_of(self.surface, self.camera)
         assert not isinstance(domain, Ring)
         line_of_sight, _ = domain.line_of_sight(self.edge_phase + turn, depth)
         return sky_from_line_of_sight(self.camera.frame(), line_of_sight)
@@ -198,7 +203,16 @@ class _LineFamily:
         sky, step = self.sky(depth), _DIFFERENCE
         deeper = (self.sky(depth + step) - self.sky(depth - step)) / (2 * step)
         beams = trace_beams(
-            self.camera, sky, "auto", TOLERANCE, time=True, index=False, crossings=False, constants=True
+            self.camera,
+            sky,
+            "auto",
+            TOLERANCE,
+            end=self.surface,
+            time=True,
+            index=False,
+            crossings=False,
+            redshift=False,
+            constants=True,
         )
         drift = np.einsum("nx,anx->na", deeper, np.array(tangent_basis(sky)))
         step_there = np.einsum("nij,nj->ni", beams.jacobian, drift)
@@ -254,9 +268,8 @@ def _dot(a: Array, b: Array) -> Array:
     return np.einsum("nx,nx->n", a, b)
 
 
-def unlensed(viewer: Viewer) -> float:
-    """The amplitude of the same source without the hole, in units of the viewer's sky; 1 at infinity, by convention."""
-    return viewer.radius if viewer.sky_unit != "rad" and math.isfinite(viewer.radius) else 1.0
+def _turns(count: int) -> Float[Array, " lines"]:
+    return 2 * math.pi * np.arange(count) / count
 
 
 def resampled(values: Float[Array, " lines"], count: int) -> Float[Array, " nodes"]:

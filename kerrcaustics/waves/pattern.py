@@ -15,7 +15,6 @@ from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.extended_sources.arcs import values_at
 from kerrcaustics.images.images import star_images
 from kerrcaustics.images.sheets import HIGHEST_INDEX, Sheets, sheets_of
-from kerrcaustics.lens_map.search_sky import SearchSky, search_sky
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
 from kerrcaustics.spacetime.checks import numbers, quoted, real_number, whole_number
@@ -25,6 +24,7 @@ from kerrcaustics.waves.amplification import LEAST_FREQUENCY
 from kerrcaustics.waves.image_groups import error_of_images, left_out, ring_error, summed_error
 from kerrcaustics.waves.nearest_curve import NearestCurve, nearest_curve, resampled
 from kerrcaustics.waves.wave_images import WaveImages, wave_images
+from kerrcaustics.waves.wave_sources import WaveSource
 
 Array = np.ndarray
 
@@ -130,19 +130,19 @@ def diffraction_pattern(
     nodes = chebyshev.chebpts1(_STARS)
     grid = np.array([(_at(theta, x), _at(phi, y)) for x in nodes for y in nodes])
     middle = _at(theta, 0.0), _at(phi, 0.0)
-    waves = wave_images(star_images(viewer, middle, min(highest + 1, HIGHEST_INDEX)))
-    sheets, sky = sheets_of(viewer, min(highest + 1, HIGHEST_INDEX)), search_sky(viewer)
+    waves = _waves(WaveSource(viewer, SKY, middle), min(highest + 1, HIGHEST_INDEX))
+    sheets = sheets_of(viewer, min(highest + 1, HIGHEST_INDEX))
     nearest = _nearest_order(sheets, highest, from_angles(*middle))
-    rings, missing = _rings(sheets, sky, grid, nearest, highest)
+    rings, missing = _rings(viewer, sheets, grid, nearest, highest)
     shares = values_at(nodes, np.linspace(-1, 1, count))
     field, error = np.zeros((count, count), complex), np.zeros((count, count))
     for order, curves in rings.items():
         value = _field(curves, omega, shares, shares)
         field += value
-        error += ring_error(order, omega, np.abs(value), waves.ring(order))
+        error += ring_error(curves, omega, np.abs(value), waves.ring(order))
         between = np.diag(_field(curves, omega, *(values_at(nodes, axis) for axis in _BETWEEN.T)))
-        stars = from_angles(*(_at(side, axis) for side, axis in zip((theta, phi), _BETWEEN.T, strict=True)))
-        direct = [nearest_curve(sky, sheets.curves, order, star).field(at_once)[0] for star in stars]
+        sources = [WaveSource(viewer, SKY, (_at(theta, x), _at(phi, y))) for x, y in _BETWEEN.tolist()]
+        direct = [nearest_curve(source, sheets.curves, order).field(at_once)[0] for source in sources]
         error += float(np.abs(between - direct).max())
     # Seen from infinity index 0 is the incident wave, which is not part of the field.
     if nearest % 2 == 0 and (waves.index == 0).any():
@@ -196,19 +196,19 @@ def _nearest_order(sheets: Sheets, highest: int, star: Float[Array, " 3"]) -> in
 
 
 def _rings(
-    sheets: Sheets, sky: SearchSky, grid: Float[Array, "stars 2"], nearest: int, highest: int
+    viewer: Viewer, sheets: Sheets, grid: Float[Array, "stars 2"], nearest: int, highest: int
 ) -> tuple[dict[int, list[NearestCurve]], list[int]]:
     """Nearest curves of all stars by order, of every second order, and those orders that have none."""
     rings, missing = {}, []
-    stars = from_angles(*grid.T)
+    sources = [WaveSource(viewer, SKY, (theta, phi)) for theta, phi in grid.tolist()]
     for order in in_steps("ring", list(range(2 - nearest % 2, highest + 2, 2))):
         curves: list[NearestCurve] = []
         if order <= len(sheets.curves.curves):
-            for star in stars:
-                curves.append(nearest_curve(sky, sheets.curves, order, star))
+            for source in sources:
+                curves.append(nearest_curve(source, sheets.curves, order))
                 if not curves[-1].is_smooth:
                     break
-        if len(curves) == len(stars) and curves[-1].is_smooth:
+        if len(curves) == len(sources) and curves[-1].is_smooth:
             rings[order] = curves
         elif order == nearest:
             raise ValueError(
@@ -238,5 +238,9 @@ def _field(
 
 def _alone(viewer: Viewer, star: tuple[float, float]) -> tuple[float, float]:
     """Amplitude and time of the image of index 0."""
-    waves: WaveImages = wave_images(star_images(viewer, star, 0))
+    waves = _waves(WaveSource(viewer, SKY, star), 0)
     return float(waves.amplitude[0]), float(waves.time[0])
+
+
+def _waves(source: WaveSource, highest: int) -> WaveImages:
+    return wave_images(source, star_images(source.viewer, source.place, highest))

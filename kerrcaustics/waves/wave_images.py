@@ -11,7 +11,7 @@ from kerrcaustics.images.images import StarImages
 from kerrcaustics.lens_map.search_sky import TOLERANCE, search_sky
 from kerrcaustics.spacetime.frame import line_of_sight_from_sky
 from kerrcaustics.spacetime.rows import Rows
-from kerrcaustics.waves.nearest_curve import unlensed
+from kerrcaustics.waves.wave_sources import WaveSource
 
 Array = np.ndarray
 
@@ -40,14 +40,17 @@ class WaveImages(Rows):
         return here[np.argsort(here.around, kind="stable")]
 
 
-def wave_images(images: StarImages) -> WaveImages:
-    """The waves of images on the celestial sphere."""
+def wave_images(source: WaveSource, images: StarImages) -> WaveImages:
+    """The waves of the images of a source."""
     viewer, sky = images.camera, search_sky(images.camera)
-    camera = sky.search_camera
+    camera, end = sky.search_camera, source.surface
     places = sky.searched(images.sky)
-    beams = trace_beams(camera, places, "auto", TOLERANCE, time=True, index=False, crossings=False, redshift=False)
+    beams = trace_beams(
+        camera, places, "auto", TOLERANCE, end=end, time=True, index=False, crossings=False, constants=True
+    )
     assert beams.time is not None
     time = sky.viewer_time(beams.time, np.zeros(len(places)))[0]
-    amplitude = images.redshift * np.sqrt(images.magnification) / unlensed(viewer)
+    own = viewer.directions(images.sky)
+    amplitude = source.amplitudes(viewer, own, beams, images.magnification)
     line = line_of_sight_from_sky(camera.frame(), places)
     return WaveImages(images.index, amplitude, time, np.arctan2(line[:, 2], line[:, 1]))
