@@ -111,5 +111,5 @@ lock: ## Bring the two lock files in line with pyproject.toml (needs uv)
 
 clean: ## Remove .venv, builds and caches
 	@echo "Removing .venv, builds and caches"
-	@rm -rf $(VENV) .venv-oldest build dist docs/_build docs/gallery docs/howto docs/tutorial .benchmarks .hypothesis .pytest_cache .ruff_cache
+	@rm -rf $(VENV) .venv-oldest build dist docs/_build docs/gallery docs/howto docs/notebooks docs/tutorial .benchmarks .hypothesis .pytest_cache .ruff_cache
 	@find . -name __pycache__ -type d -prune -exec rm -rf {} +

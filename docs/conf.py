@@ -32,7 +32,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
 ]
 # The tables are included in pages; lessons become the tutorial, recipes how-tos; the paper is no page.
-exclude_patterns = ["_build", "tables", "lessons", "recipes", "paper"]
+exclude_patterns = ["_build", "tables", "fields", "lessons", "recipes", "paper"]
 # Single backticks in docstrings are code.
 default_role = "code"
 
@@ -48,9 +48,9 @@ napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_custom_sections = ["Errors"]
 
-# A script runs again when it has changed, or when its pages (docs/gallery, docs/howto, docs/tutorial) are removed. All
-# figures take minutes, lessons and how-tos one: with KERRCAUSTICS_DOCS=quick no script runs, and its page has no
-# pictures.
+# A script runs again when it has changed, or when its pages (docs/gallery, docs/howto, docs/notebooks, docs/tutorial)
+# are removed. All figures take minutes, all others two: with KERRCAUSTICS_DOCS=quick no script runs, and its page has
+# no pictures.
 quick = os.environ.get("KERRCAUSTICS_DOCS") == "quick"
 if not quick:
     # Sphinx defines it: the pages show models in space only where there are some.
@@ -58,8 +58,8 @@ if not quick:
 # Films, which are left out below, may be called like figures.
 suppress_warnings = ["sphinx_gallery.duplicate_filename"]
 sphinx_gallery_conf = {
-    "examples_dirs": ["lessons", "recipes", "../figures"],
-    "gallery_dirs": ["tutorial", "howto", "gallery"],
+    "examples_dirs": ["lessons", "recipes", "fields", "../figures"],
+    "gallery_dirs": ["tutorial", "howto", "notebooks", "gallery"],
     "filename_pattern": "(?!)" if quick else ".",
     # Of a cell whose last line is a result the notebook shows its page.
     "capture_repr": ("_repr_html_", "__repr__"),

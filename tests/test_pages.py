@@ -16,12 +16,12 @@ from kerrcaustics.cli import app
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
-LESSONS = sorted([*(ROOT / "docs" / "lessons").glob("*.py"), *(ROOT / "docs" / "recipes").glob("*.py")])
+LESSONS = sorted(path for room in ("fields", "lessons", "recipes") for path in (ROOT / "docs" / room).glob("*.py"))
 NAMES = {page.name for page in PAGES}
 # Made while the pages are built.
-MADE = {"gallery/index.rst", "howto/index.rst", "tutorial/index.rst", "explorer.html"}
+MADE = {"gallery/index.rst", "howto/index.rst", "notebooks/index.rst", "tutorial/index.rst", "explorer.html"}
 # Folders of pages that are made from scripts, and the scripts.
-SOURCES = {"gallery/": "figures", "howto/": "docs/recipes", "tutorial/": "docs/lessons"}
+SOURCES = {"gallery/": "figures", "howto/": "docs/recipes", "notebooks/": "docs/fields", "tutorial/": "docs/lessons"}
 # What a page takes for granted before its first block.
 BEFORE = {
     "films.md": "import numpy as np\n\ndef draw(number):\n    return np.zeros((8, 8, 3), np.uint8)\n",

@@ -1,0 +1,54 @@
+"""
+1. Gravitational lensing: from the thin lens to the hole
+========================================================
+
+A point mass far away is the textbook lens. We find where its formulas stop: how the magnification of a star differs
+from that of a thin lens as the viewer comes closer, and what spin does to the caustic.
+"""
+
+# %%
+# A thin lens has two images, of Morse index 0 and 1. With the star at the angle u in units of Einstein's radius, their
+# magnifications together are (u² + 2) / (u sqrt(u² + 4)). A viewer far away sees stars at infinity through a lens with
+# Einstein's radius sqrt(4 / r), r being the distance of the hole in units of its mass.
+
+import math
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import kerrcaustics as kc
+
+u = 0.5
+thin = (u**2 + 2) / (u * math.sqrt(u**2 + 4))
+radii = np.geomspace(1e2, 1e7, 11)
+off = []
+for radius in radii:
+    viewer = kc.Observer(spin=0.0, inclination=math.pi / 2, radius=float(radius))
+    star = math.pi / 2, math.pi - u * math.sqrt(4 / radius)
+    images = kc.star_images(viewer, star, max_index=1)
+    off.append(images.magnification.sum() / radius**2 / thin - 1)
+
+figure, ax = plt.subplots(figsize=(5.5, 3.2), layout="constrained")
+ax.loglog(radii, np.abs(off), "o-")
+ax.set(xlabel="distance of the hole (M)", ylabel="departure from the thin lens")
+plt.show()
+
+# %%
+# The departure falls as one over the distance. On a screen magnifications are
+# in units of the mass squared: divided by r² they are those of solid angles.
+#
+# Spin makes a curve of the point
+# -------------------------------
+#
+# Behind a hole without spin the primary caustic is a point. With spin it is an astroid, which is tiny from far away.
+
+caustic = kc.caustics(kc.Observer(spin=0.9, inclination=math.pi / 2, radius=1e4), orders=1)[0]
+theta, phi = caustic.celestial.T
+figure, ax = plt.subplots(figsize=(4, 4), layout="constrained")
+scale = 1e9
+ax.plot(scale * (phi - phi.mean()), scale * (theta - theta.mean()))
+ax.set(xlabel="φ′ (nrad)", ylabel="θ′ (nrad)", title="spin 0.9, from 10,000 M", aspect="equal")
+plt.show()
+
+# %%
+# Four cusps, as for any lens without symmetry. How wide it is, by spin and distance: :doc:`../astroids`.

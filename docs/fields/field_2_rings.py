@@ -1,0 +1,49 @@
+"""
+2. Interferometry: rings of one source
+======================================
+
+What an array resolves are images of one patch of the disk, by rays that cross the plane once, twice and three times.
+We find the delay and the demagnification from each to the next, for a hole like that of M87.
+"""
+
+# %%
+# In the equatorial plane a source is (r, φ), and `EquatorialPlane(n)` means rays that cross it there for the n-th time.
+
+import math
+from itertools import pairwise
+
+import matplotlib.pyplot as plt
+
+import kerrcaustics as kc
+
+observer = kc.Observer(spin=0.94, inclination=math.radians(17))
+place = 6.0, 1.0
+rings = [kc.star_images(observer, place, max_index=6, end=kc.EquatorialPlane(n)) for n in (1, 2, 3)]
+for n, seen in enumerate(rings, 1):
+    print(f"crossing {n}: {seen.magnification.sum():.3e}, arrives at {seen.time.min():.2f} M")
+
+# %%
+# From one crossing to the next the factor tends to exp(-γ), with Lyapunov's exponent γ of photon orbits, and the delay
+# to a half turn of theirs, about 16 M. The first crossings are still far from both.
+
+for first, second in pairwise(rings):
+    share = second.magnification.sum() / first.magnification.sum()
+    print(f"fainter by {share:.4f}, later by {second.time.min() - first.time.min():.2f} M")
+
+# %%
+# Where the images lie on the screen, with the edge of the shadow, and in hours for a mass of 6.5e9 suns:
+
+figure, ax = plt.subplots(figsize=(4.5, 4.5), layout="constrained")
+edge = kc.shadow_edge(observer, 400)
+ax.plot(*edge.T, color="black", linewidth=0.8)
+for n, seen in enumerate(rings, 1):
+    ax.plot(*seen.sky.T, "o", label=f"crossing {n}")
+ax.set(xlabel="α (M)", ylabel="β (M)", aspect="equal", xlim=(-8, 8), ylim=(-8, 8))
+ax.legend()
+plt.show()
+hour = kc.PhysicalScale(6.5e9, 16.8e6).seconds / 3600
+later = hour * (rings[1].time.min() - rings[0].time.min())
+print(f"one M is {hour:.2f} hours: the second crossing arrives {later:.0f} hours after the first")
+
+# %%
+# More on the plane: :doc:`../disks` and :doc:`../disk_caustics`.

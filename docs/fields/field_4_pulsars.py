@@ -1,0 +1,36 @@
+"""
+4. Pulsars and stars: arrival times by every image
+==================================================
+
+A pulsar passes behind a massive hole. Its pulses reach us along two ways: we find both delays, what is left of the
+textbook's formula for them, and how bright the second way is.
+"""
+
+import math
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import kerrcaustics as kc
+
+observer = kc.Observer(spin=0.9, inclination=math.pi / 2)
+orbit = kc.Orbit.kepler(500.0, 0.1, inclination=math.radians(88))
+times = np.linspace(0.0, 2 * math.pi * 500**1.5, 200)
+light = kc.light_curve(observer, orbit, times, max_index=1)
+delay = light.time - light.emission_time
+
+figure, (upper, lower) = plt.subplots(2, 1, figsize=(6.5, 5), sharex=True, layout="constrained")
+upper.plot(light.time / 1e4, delay.T)
+upper.set_ylabel("delay (M)")
+lower.semilogy(light.time / 1e4, light.shares.T)
+lower.set(xlabel="arrival time (10,000 M)", ylabel="flux of each image")
+figure.suptitle("Index 0 and 1, seen edge on")
+plt.show()
+
+# %%
+# Most of the delay is the size of the orbit (Roemer's). The rest is Shapiro's, here the whole of it and not its first
+# order: when the pulsar is behind the hole both images have nearly the same delay, and both are bright.
+#
+# Solar masses make seconds of it: for Sgr A* one M is 21 s.
+#
+# Events where pairs of images are born, and arrival times as a table, are in :doc:`../moving_sources`.
