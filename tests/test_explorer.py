@@ -74,6 +74,7 @@ def test_addresses_bring_states_back(state):
         ({"size": -1}, "`size` must lie in"),
         ({"size": 1e-9}, "`size` must lie in"),
         ({"size": 90}, "`size` must lie in"),
+        ({"frequency": 0.01}, "`frequency` must lie in"),
         ({"orders": 5}, "`orders`"),
         ({"orders": True}, "`orders`"),
         ({"theta": [1]}, "`theta`"),
@@ -149,6 +150,29 @@ def test_shapes_are_those_of_the_package_and_of_commands(capsys):
     exec(state.python(), names)
     assert names["seen"].total == pytest.approx(seen.total, rel=1e-12)
     assert answer(*question(asked("shapes"))).record["kind"] == "refusal"
+
+
+def test_waves_are_those_of_the_package_and_of_commands(capsys):
+    from command_line import run
+
+    from kerrcaustics.explorer.state import LEAST_FREQUENCY
+    from kerrcaustics.waves import amplification
+
+    assert LEAST_FREQUENCY == amplification.LEAST_FREQUENCY
+    record, arrays = read(answer(*question(asked("waves", frequency=3.0))).encoded())
+    state = ExplorerState.of(record["state"])
+    seen = kc.amplification(state.camera(), state.star(), 3.0, max_index=1)
+    assert (record["modulus"], record["error"]) == pytest.approx((abs(seen.value[0]), seen.error[0]), rel=1e-9)
+    omega, modulus, error = arrays["spectrum"].T
+    assert omega[0] == pytest.approx(0.3) and omega[-1] == pytest.approx(30) and len(omega) == 400
+    near = np.argmin(np.abs(omega - 3))
+    assert abs(modulus[near] - record["modulus"]) < 0.1 and (error > 0).all()
+    status, out, _ = run(capsys, *state.commands()[-1].split()[1:], "--json", "-")
+    assert status == 0 and json.loads(out)["waves"][0]["error"] == pytest.approx(seen.error[0], rel=1e-9)
+    names = {}
+    exec(state.python(), names)
+    assert names["waves"].value == pytest.approx(seen.value, rel=1e-12)
+    assert answer(*question(asked("waves"))).record["kind"] == "refusal"
 
 
 def test_coarse_curves_lie_on_the_critical_curves():

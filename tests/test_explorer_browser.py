@@ -118,6 +118,23 @@ def test_a_star_with_a_size_has_images_with_shapes(page, address):
     assert page.evaluate("[explorer.state().size, explorer.light()]") == [0, None]
 
 
+def test_waves_of_a_star_are_a_layer(page, address):
+    page.goto(f"{address}#spin=0.5&orders=2&theta=80&phi=170")
+    settled(page)
+    assert page.evaluate("explorer.waves()") is None and page.locator(".kc-spectrum").is_hidden()
+    page.get_by_label("Frequency ωM", exact=True).fill("0.5")
+    settled(page)
+    waves, state = page.evaluate("[explorer.waves(), explorer.state()]")
+    seen = kc.amplification(kc.Camera(0.5, 6.03), ExplorerState.of(state).star(), state["frequency"], max_index=1)
+    assert state["frequency"] == 3.16 and waves["points"] == 400
+    assert waves["modulus"] == pytest.approx(abs(seen.value[0]), rel=1e-9)
+    assert "Its waves at ωM = 3.16" in page.inner_text(".kc-said")
+    assert page.locator(".kc-spectrum").is_visible()
+    page.get_by_label("Frequency ωM", exact=True).fill("-1.32")
+    settled(page)
+    assert page.evaluate("explorer.waves()") is None and page.locator(".kc-spectrum").is_hidden()
+
+
 @pytest.mark.slow
 def test_keys_move_the_star_and_change_the_spin(page, address):
     page.goto(f"{address}#spin=0.5&orders=2&theta=80&phi=100")
@@ -143,7 +160,8 @@ def test_what_cannot_be_is_said(page, address):
 def test_page_without_a_program(chromium, tmp_path):
     from kerrcaustics.explorer.still_page import CAMERAS, write_page
 
-    write_page(tmp_path / "explorer.html", CAMERAS[:2], [70.0, 90.0], LESSONS[1:3])
+    tour = (*LESSONS[1:3], *LESSONS[6:])
+    write_page(tmp_path / "explorer.html", CAMERAS[:2], [70.0, 90.0], tour)
     page = chromium.new_page(viewport={"width": 1400, "height": 900})
     wrong, asked = [], []
     page.on("console", lambda message: wrong.append(message.text) if message.type in ("error", "warning") else None)
@@ -174,11 +192,13 @@ def test_page_without_a_program(chromium, tmp_path):
     assert counts == list(images.per_index.values())
     page.keyboard.press("Space")
     until(page, "explorer.playing() && explorer.orbit() !== null")
-    page.get_by_role("button", name="A tour of 2 steps").click()
-    for lesson in LESSONS[1:3]:
+    page.get_by_role("button", name="A tour of 4 steps").click()
+    for lesson in tour:
         until(page, f"document.querySelector('.kc-lesson h2').textContent === '{lesson.name}'")
         settled(page)
         assert page.evaluate("explorer.counts()") == list(lesson.per_index) and page.evaluate("explorer.certified()")
+        layers = page.evaluate("[explorer.light() !== null, explorer.waves() !== null]")
+        assert layers == [lesson.state.size > 0, lesson.state.frequency > 0]
         page.evaluate("document.querySelector('[aria-label=\"Next step of the tour\"]').click()")
     page.get_by_role("button", name="A quiz: how many images?").click()
     until(page, "explorer.kept() !== null")
@@ -191,7 +211,7 @@ def test_page_without_a_program(chromium, tmp_path):
 def test_the_tour_shows_its_lessons_and_terms_say_what_they_mean(page, address):
     page.goto(f"{address}#orders=1")
     settled(page)
-    page.get_by_role("button", name="A tour of 6 steps").click()
+    page.get_by_role("button", name="A tour of 8 steps").click()
     for lesson in LESSONS[:2]:
         settled(page)
         assert page.evaluate("explorer.counts()") == list(lesson.per_index) and page.evaluate("explorer.certified()")

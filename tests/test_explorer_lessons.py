@@ -119,7 +119,7 @@ def test_pairs_come_and_go_in_one_orbit():
 
 def test_the_page_has_lessons_and_terms():
     record = greeting().record
-    assert [lesson["name"] for lesson in record["lessons"]] == list(LESSON) and len(LESSONS) == 6
+    assert [lesson["name"] for lesson in record["lessons"]] == list(LESSON) and len(LESSONS) == 8
     assert record["lessons"][2]["count"] == "5 images: one of index 0, two of index 1, two of index 2."
 
 

@@ -312,3 +312,13 @@ def test_disc_at_a_caustic_that_is_a_point(camera, order, eta, size, most):
     assert seen.certified and seen.error < most * seen.total
     # The integral misses some 1e-6 of the light beside the ends of each index.
     assert abs(seen.total - expected) < seen.error + 2e-6 * expected
+
+
+@pytest.mark.parametrize("size", [7.65e-7, 1e-4])
+def test_small_disc_straight_behind_the_camera(size):
+    """Its image lies round the direction opposite to the hole, where areas are measured the other way."""
+    camera = kc.Camera(0.0, 21.8, 1.114, "fiducial")
+    seen = kc.magnification(camera, (1.114, 0.0), size, max_index=0)
+    (point,) = kc.star_images(camera, (1.114, 1e-3), 0).magnification
+    assert seen.certified and abs(seen.total - point) < seen.error + 1e-6
+    assert seen.images[0].area == pytest.approx(seen.total * 4 * math.pi * math.sin(size / 2) ** 2, rel=1e-9)

@@ -201,8 +201,8 @@ def _traced(
     size, threads = (most_on_accelerator(), 1) if on_accelerator() else (_BLOCK, cores())
 
     def block(start: int) -> RayEnd[np.ndarray]:
-        these = slice(start, start + size)
-        unit, there = normalised(directions[these]), surface.rows(these)
+        block_rays = slice(start, start + size)
+        unit, there = normalised(directions[block_rays]), surface.rows(block_rays)
         ends = followed(camera, unit, chosen, tolerance, there.bare(), wanted, many=many or count > size)
         fields = _extras(extra, camera, unit, there, ends)
         return (replace(ends, **fields) if fields else ends).finished(tolerance)

@@ -79,16 +79,16 @@ def caustics(
         from kerrcaustics.results import storage
         from kerrcaustics.results.records import record
 
-        found = find(seen_from, orders, engine, tolerance, progress=report, end=end)
-    common.write(record(found, points=points), None if points else 2)
+        curves = find(seen_from, orders, engine, tolerance, progress=report, end=end)
+    common.write(record(curves, points=points), None if points else 2)
     if save is not None:
-        storage.save(save, found)
+        storage.save(save, curves)
     if figure is not None:
-        _draw(found, figure)
-    (_print_table if source.plane is None else _print_plane)(found, common.console())
+        _draw(curves, figure)
+    (_print_table if source.plane is None else _print_plane)(curves, common.console())
     common.say_files(figure=figure, saved=save)
-    if found.lost:
-        names = ", ".join(map(str, found.lost))
+    if curves.lost:
+        names = ", ".join(map(str, curves.lost))
         stop(1, f"Orders not found within double precision: {names}.")
 
 
@@ -112,11 +112,11 @@ def demo(*, output: FileName = Path("demo"), common: CommonOptions = COMMON) -> 
             from kerrcaustics.results.records import record
             from kerrcaustics.spacetime.camera import Camera
 
-            found = find(Camera(_DEMO_SPIN, radius), 3, progress=report)
+            curves = find(Camera(_DEMO_SPIN, radius), 3, progress=report)
             report("drawing", 1.0)
-            _draw(found, picture)
-        _print_table(found, out)
-        records.append(record(found))
+            _draw(curves, picture)
+        _print_table(curves, out)
+        records.append(record(curves))
     common.write({"schema": "kerrcaustics/demo/1", "caustics": records, "pictures": [str(path) for path in pictures]})
     out.print("Pictures:")
     for picture in pictures:
@@ -124,18 +124,18 @@ def demo(*, output: FileName = Path("demo"), common: CommonOptions = COMMON) -> 
     say(out, "Next, all images of a star within a caustic: kerrcaustics images --spin 0.999 --radius 2.6 --star 90 141")
 
 
-def _draw(found: "CausticSet", path: Path) -> None:
+def _draw(curves: "CausticSet", path: Path) -> None:
     from kerrcaustics.draw.plots import overview
     from kerrcaustics.spacetime.shadow import shadow_edge
 
-    write_figure(overview(found, shadow_edge(found.camera, _EDGE_POINTS)), path)
+    write_figure(overview(curves, shadow_edge(curves.camera, _EDGE_POINTS)), path)
 
 
-def _print_table(found: "CausticSet", out: Console) -> None:
-    say(out, f"{place_of(found.camera)}: full extents of the caustics on {found.surface.in_words()}")
+def _print_table(curves: "CausticSet", out: Console) -> None:
+    say(out, f"{place_of(curves.camera)}: full extents of the caustics on {curves.surface.in_words()}")
     heads = ("order", "kind", "theta' (deg)", "phi' (deg)", "circuits", "cusps", "error (deg)")
     table = PlainTable(heads, words=("kind",))
-    for curve in found:
+    for curve in curves:
         table.add_row(
             str(curve.order),
             curve.kind,
@@ -146,9 +146,9 @@ def _print_table(found: "CausticSet", out: Console) -> None:
             f"{math.degrees(curve.error):.0e}",
         )
     out.print(table)
-    say_all(out, found.remarks)
-    residual = max((curve.residual for curve in found), default=0.0)
-    effort = f"{found.seconds:.2f} s, {found.beams} beams ({found.engine})"
+    say_all(out, curves.remarks)
+    residual = max((curve.residual for curve in curves), default=0.0)
+    effort = f"{curves.seconds:.2f} s, {curves.beams} beams ({curves.engine})"
     say(out, f"{effort}, delta_minus / delta_plus at most {residual:.0e}")
 
 
@@ -161,14 +161,14 @@ def _sized(angle: float, error: float) -> str:
     return f"{value:.{max(digits, 0)}f}"
 
 
-def _print_plane(found: "CausticSet", out: Console) -> None:
-    say(out, f"{place_of(found.camera)}: caustics on {found.surface.in_words()}")
+def _print_plane(curves: "CausticSet", out: Console) -> None:
+    say(out, f"{place_of(curves.camera)}: caustics on {curves.surface.in_words()}")
     table = PlainTable(("order", "r from", "to", "phi from", "to (deg)", "ends", "error"), words=("ends",))
-    for curve in found:
+    for curve in curves:
         phi = (f"{math.degrees(angle):z.4f}" for angle in (curve.phi_min, curve.phi_max))
         ends = ", ".join(curve.ends) or "closed"
         table.add_row(str(curve.order), f"{curve.r_min:.6g}", f"{curve.r_max:.6g}", *phi, ends, f"{curve.error:.0e}")
     out.print(table)
-    say_all(out, found.remarks)
-    if not len(found):
+    say_all(out, curves.remarks)
+    if not len(curves):
         say(out, "none")

@@ -129,8 +129,8 @@ class CriticalCurves:
     @property
     def missing(self) -> tuple[int, ...]:
         """Orders that were asked for and not found."""
-        found = {curve.order for curve in self.curves}
-        return tuple(k for k in range(1, self.orders + 1) if k not in found)
+        known = {curve.order for curve in self.curves}
+        return tuple(k for k in range(1, self.orders + 1) if k not in known)
 
     @property
     def unbroken(self) -> int:
@@ -183,8 +183,8 @@ def _followed(search: Search, orders: int) -> list[CriticalCurve]:
     order = np.repeat(np.arange(1, orders + 1), len(edge_phase))
     start = np.isfinite(low.ravel())
     all_turn = np.tile(edge_phase, orders)
-    points, found = search.refined(all_turn[start], order[start], low.ravel()[start], high.ravel()[start])
-    order = order[start][found]
+    points, converged = search.refined(all_turn[start], order[start], low.ravel()[start], high.ravel()[start])
+    order = order[start][converged]
     curves = {k: points[order == k] for k in np.unique(order).tolist()}
     curves = {k: curve for k, curve in curves.items() if np.median(curve.error) < _WORST_CURVE}
     empty = {k: len(edge_phase) - len(curve) for k, curve in curves.items()}

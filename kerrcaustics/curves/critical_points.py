@@ -167,8 +167,8 @@ class Search:
         depths = np.empty(0)
         while True:
             grid_turn, grid_depth = np.meshgrid(edge_phase, depth)
-            found = self.index_and_ratio(grid_turn.ravel(), grid_depth.ravel())[0].reshape(grid_turn.shape)
-            index, depths = np.concatenate([index, found]), np.concatenate([depths, depth])
+            node_index = self.index_and_ratio(grid_turn.ravel(), grid_depth.ravel())[0].reshape(grid_turn.shape)
+            index, depths = np.concatenate([index, node_index]), np.concatenate([depths, depth])
             passed = (index >= orders).all(axis=1)
             if passed.any() or depths[-1] >= sky_lines.DEEPEST + self.domain.sunk:
                 break
@@ -202,20 +202,20 @@ class Search:
         depth, reach = self._narrowed(edge_phase, order, low, high)
         points = self.polished(edge_phase, order, depth)
         away = np.abs(points.depth - depth)
-        found = points.on_curve() & (away < reach)
-        moved = np.flatnonzero(found & (away > LABEL_STEP))
-        found[moved] = self.labelled(edge_phase[moved], points.depth[moved], order[moved])
-        points, lost = points[found], np.flatnonzero(~found)
+        converged = points.on_curve() & (away < reach)
+        moved = np.flatnonzero(converged & (away > LABEL_STEP))
+        converged[moved] = self.labelled(edge_phase[moved], points.depth[moved], order[moved])
+        points, lost = points[converged], np.flatnonzero(~converged)
         if lost.size == 0:
-            return points, found
+            return points, converged
         bracket, requested = (low[lost], high[lost]), (edge_phase[lost], order[lost])
         root = elementwise.find_root(self._side, bracket, args=requested, tolerances={"xatol": _COARSE_DEPTH})
-        again = lost[np.asarray(root.success)]
-        more = self.polished(edge_phase[again], order[again], np.asarray(root.x)[root.success])
+        retried = lost[np.asarray(root.success)]
+        more = self.polished(edge_phase[retried], order[retried], np.asarray(root.x)[root.success])
         sharp = more.on_curve()
-        which = np.concatenate([np.flatnonzero(found), again[sharp]])
-        found[again[sharp]] = True
-        return points.joined(more[sharp])[np.argsort(which)], found
+        which = np.concatenate([np.flatnonzero(converged), retried[sharp]])
+        converged[retried[sharp]] = True
+        return points.joined(more[sharp])[np.argsort(which)], converged
 
     def _narrowed(
         self,

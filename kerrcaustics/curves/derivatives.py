@@ -162,14 +162,14 @@ def _curves_on(domain: Domain, search_map: SearchMap, orders: int) -> list[_Curv
     curves = curves_of(search_map, orders)
     search = curves.search()
     features, places = find_features(search, curves), extreme_places(search, curves)
-    found = []
+    curves_on = []
     for order in (curve.order for curve in curves):
         known = {name: (_spots(search, nodes), at) for (k, name), (nodes, at) in places.items() if k == order}
         unknown = tuple(name for name in _NAMES if name not in known and name not in _RADII)
         cusps = _joined([_spots(search, point) for point, _ in features[order].cusps], search.camera)
         remarks = tuple(f"{name} {_NOT_REFINED}" for name in unknown)
-        found.append(_Curve(order, cusps, known, {}, _RADII, unknown, remarks))
-    return found
+        curves_on.append(_Curve(order, cusps, known, {}, _RADII, unknown, remarks))
+    return curves_on
 
 
 @_curves_on.register

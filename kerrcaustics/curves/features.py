@@ -51,21 +51,21 @@ def find_features(search: Search, curves: Iterable[CriticalCurve]) -> dict[int, 
 
     Curves that are not much larger than their error have none: what is looked for would be noise.
     """
-    found = {curve.order: Features({}, [], 0) for curve in curves}
+    features = {curve.order: Features({}, [], 0) for curve in curves}
     roots: list[_Root] = []
     for piece, points in _models(search, curves, (*_EXTREMES, "cusps")):
         order, what, _, half = piece
         if points is None:
-            found[order].lost_cusps += what == "cusps"
+            features[order].lost_cusps += what == "cusps"
         elif what == "cusps":
             roots += [r for r in _cusp(piece, points) if not any(_same_root(r, other, half) for other in roots)]
         else:
-            found[order].extremes[what] = _extreme(points, *_EXTREMES[what])
+            features[order].extremes[what] = _extreme(points, *_EXTREMES[what])
     if roots:
         order, edge_phase, depth, error = (np.array(column) for column in zip(*roots, strict=True))
         for k, point, missed in zip(order, search.polished(edge_phase, order, depth).each(), error, strict=True):
-            found[k].cusps.append((point, float(point.angle_error[0] + missed / np.sin(point.theta[0]))))
-    return found
+            features[k].cusps.append((point, float(point.angle_error[0] + missed / np.sin(point.theta[0]))))
+    return features
 
 
 def extreme_places(search: Search, curves: Iterable[CriticalCurve]) -> dict[tuple[int, str], tuple[Points, float]]:
@@ -75,13 +75,13 @@ def extreme_places(search: Search, curves: Iterable[CriticalCurve]) -> dict[tupl
     that are not much larger than their error, and those whose piece could not be traced.
     """
     models = _models(search, curves, tuple(_EXTREMES))
-    found = {(order, name): points for (order, name, *_), points in models if points is not None}
-    return {key: (points, _place(points, *_EXTREMES[key[1]])) for key, points in found.items()}
+    places = {(order, name): points for (order, name, *_), points in models if points is not None}
+    return {key: (points, _place(points, *_EXTREMES[key[1]])) for key, points in places.items()}
 
 
-def _same_root(one: _Root, other: _Root, half: float) -> bool:
+def _same_root(first: _Root, second: _Root, half: float) -> bool:
     """True for a root that two neighbouring pieces share."""
-    return bool(one[0] == other[0] and abs(one[1] - other[1]) < 1e-3 * half)
+    return bool(first[0] == second[0] and abs(first[1] - second[1]) < 1e-3 * half)
 
 
 def _pieces(curve: CriticalCurve, around: Points) -> list[_Piece]:

@@ -215,24 +215,24 @@ def _joined(pieces: list[Int[Array, "_ 2"]], width: int) -> list[Int[Array, "_ 2
         ends = [(n, end) for n, piece in enumerate(left) for end in (0, -1) if piece[end][1] in (0, width)]
         pair = next(
             (
-                (one, other)
-                for k, one in enumerate(ends)
-                for other in ends[k + 1 :]
-                if _meet(left[one[0]][one[1]], left[other[0]][other[1]], width) and one[0] != other[0]
+                (start, stop)
+                for k, start in enumerate(ends)
+                for stop in ends[k + 1 :]
+                if _meet(left[start[0]][start[1]], left[stop[0]][stop[1]], width) and start[0] != stop[0]
             ),
             None,
         )
         if pair is None:
             break
-        (n, end), (m, other) = pair
+        (n, end), (m, stop) = pair
         first = left[n] if end == -1 else left[n][::-1]
-        second = left[m] if other == 0 else left[m][::-1]
+        second = left[m] if stop == 0 else left[m][::-1]
         left = [piece for k, piece in enumerate(left) if k not in (n, m)] + [np.concatenate([first, second[1:]])]
     return left
 
 
-def _meet(one: Array, other: Array, width: int) -> bool:
-    return bool(one[0] == other[0] and {int(one[1]), int(other[1])} == {0, width})
+def _meet(first: Array, second: Array, width: int) -> bool:
+    return bool(first[0] == second[0] and {int(first[1]), int(second[1])} == {0, width})
 
 
 def _section(grid: _Grid, chain: Int[Array, "_ 2"], order: int) -> _Section | None:
@@ -336,8 +336,8 @@ def _around(grid: _Grid, near: Crossings) -> Crossings | None:
     nodes = edge_phase[2] + half * chebyshev.chebpts1(_NODES)
     beside = np.repeat(near.radius[2] * np.exp([-0.05, 0.05]), _NODES)
     around = grid.circles.on_circle(np.tile(nodes % _TURN, 2), beside, np.full(2 * _NODES, near.distance[2]))
-    found = _flat(grid, grid.places(around[:_NODES]), grid.places(around[_NODES:]))
-    return found if (np.abs(found.ratio) < 1e-6).all() else None
+    points = _flat(grid, grid.places(around[:_NODES]), grid.places(around[_NODES:]))
+    return points if (np.abs(points.ratio) < 1e-6).all() else None
 
 
 def _unwrapped(points: Crossings, field: str) -> Float[Array, " points"]:

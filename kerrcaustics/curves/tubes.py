@@ -163,8 +163,8 @@ def _tube(camera: Viewer, searcher: Viewer, whole: CriticalCurve, radii: Float[A
     parts = _parts_at(searcher, curve, whole.order, 1 / radii[1:])
     edge_phase = np.broadcast_to(curve.edge_phase, parts.shape)
     line_of_sight = sky_lines.beside_edge(searcher, edge_phase, parts * _reach(searcher, curve))
-    found, rim = _conjugate(searcher, line_of_sight, whole.order), _rim(searcher, curve, unbounded)
-    place = {name: np.concatenate([rim[name][None], found[name]]) for name in COORDINATES}
+    conjugate, rim = _conjugate(searcher, line_of_sight, whole.order), _rim(searcher, curve, unbounded)
+    place = {name: np.concatenate([rim[name][None], conjugate[name]]) for name in COORDINATES}
     line_of_sight = np.concatenate([curve.line_of_sight[None], line_of_sight])
     held = _hold([*place.values(), line_of_sight], ~np.isfinite(place["radius"]) & (radii < math.inf)[:, None])
     # The azimuth of the caustic is joined over b = 0, the others follow it.
@@ -217,8 +217,8 @@ def _parts_at(camera: Viewer, curve: Points, order: int, inverse: Float[Array, "
     part = _searched(camera, curve)
     edge_phase = np.broadcast_to(curve.edge_phase[sparse], (len(part), len(sparse)))
     line_of_sight = sky_lines.beside_edge(camera, edge_phase, part[:, None] * _reach(camera, curve[sparse]))
-    found = 1 / _conjugate(camera, line_of_sight, order)["radius"]
-    parts = np.stack([_part_at(inverse, part, known) for known in found.T], axis=1)
+    inverse_radius = 1 / _conjugate(camera, line_of_sight, order)["radius"]
+    parts = np.stack([_part_at(inverse, part, known) for known in inverse_radius.T], axis=1)
     return PchipInterpolator(sparse, parts, axis=1)(np.arange(len(curve)))
 
 

@@ -120,10 +120,10 @@ class CausticPolygon:
     def of(cls, curves: CriticalCurves, curve: CriticalCurve) -> "CausticPolygon":
         """The polygon through the points of one of the curves."""
         sides = _closed_sides(curve.points)
-        one, other = sides.one.direction, sides.other.direction
+        first, second = sides.one.direction, sides.other.direction
         margin = sides.margin
-        reach = lengths(other - one) / 2 + margin
-        return cls(curves, curve, sides, margin, (one + other) / 2, reach, sides.azimuths())
+        reach = lengths(second - first) / 2 + margin
+        return cls(curves, curve, sides, margin, (first + second) / 2, reach, sides.azimuths())
 
     def winding(self, star: Float[Array, "stars 3"]) -> Winding:
         """The winding of the caustic about stars. One that is a point has no inside."""
@@ -186,18 +186,18 @@ class CausticPolygon:
             return np.zeros(0, bool), self._no_points
         closed = points[-3:].shifted(-1).joined(points, points[:3].shifted(1))
         edge_phase = (sides.one.edge_phase + sides.other.edge_phase) / 2
-        found = between(self.curves.search(), {order: closed}, {order: np.unique(edge_phase)})[order]
-        known = np.isin(edge_phase, found.edge_phase)
-        return known, found[np.searchsorted(found.edge_phase, edge_phase[known])]
+        middles = between(self.curves.search(), {order: closed}, {order: np.unique(edge_phase)})[order]
+        known = np.isin(edge_phase, middles.edge_phase)
+        return known, middles[np.searchsorted(middles.edge_phase, edge_phase[known])]
 
     def _close(self, star: Float[Array, "stars 3"]) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
         """Pairs of a side and a star that is close to it."""
         if len(star) <= _FEW_STARS:
             number, which = np.nonzero(lengths(self.middle[:, None] - star) <= self.reach[:, None])
         else:
-            found = scipy.spatial.cKDTree(star).query_ball_point(self.middle, self.reach)
-            number = np.repeat(np.arange(len(found)), [len(stars) for stars in found])
-            which = np.concatenate([np.asarray(stars, int) for stars in found])
+            nearby = scipy.spatial.cKDTree(star).query_ball_point(self.middle, self.reach)
+            number = np.repeat(np.arange(len(nearby)), [len(stars) for stars in nearby])
+            which = np.concatenate([np.asarray(stars, int) for stars in nearby])
         start, end = self.sides.one.direction, self.sides.other.direction
         near = _distance(start[number], end[number], star[which]) <= self.margin[number]
         return number[near], which[near]
@@ -262,17 +262,17 @@ def _halves(sides: _Sides, middle: Points) -> _Sides:
     return _sides(sides.one.joined(middle), middle.joined(sides.other), turned, height)
 
 
-def _sides(one: Points, other: Points, turned: Bool[Array, " sides"], height: Float[Array, " sides"]) -> _Sides:
+def _sides(first: Points, second: Points, turned: Bool[Array, " sides"], height: Float[Array, " sides"]) -> _Sides:
     """Sides from points to points; height: where the caustic turns back."""
-    step = other.direction - one.direction
+    step = second.direction - first.direction
     chord = lengths(step)
-    bend = lengths(np.cross(one.major, other.major))
+    bend = lengths(np.cross(first.major, second.major))
     # A side at a large angle to the curve's own direction has a cusp next to it.
-    lean = lengths(np.cross(step / np.where(chord == 0, 1, chord)[:, None], one.major))
+    lean = lengths(np.cross(step / np.where(chord == 0, 1, chord)[:, None], first.major))
     height = np.where(turned, height, chord * np.maximum(bend, 2 * lean))
     # Short sides ask for differences, not products of unit vectors.
-    normal = np.cross(one.direction, step)
-    return _Sides(one, other, turned, height, normal * np.where(normal[:, 2:] < 0, 1, -1))
+    normal = np.cross(first.direction, step)
+    return _Sides(first, second, turned, height, normal * np.where(normal[:, 2:] < 0, 1, -1))
 
 
 def degree(grid: Float[Array, "rows columns 3"], star: Float[Array, " 3"]) -> int:

@@ -78,8 +78,8 @@ def multiples_figure(rows: Mapping[str, CausticSet], title: str) -> Figure:
         figure = Figure(figsize=(style.PAGE_WIDTH, _ROW_HEIGHT * len(rows) + 0.7), layout="constrained")
         panels = figure.subplots(len(rows), len(orders), squeeze=False, width_ratios=_WIDTHS[: len(orders)])
         for column, order in enumerate(orders):
-            found = [caustics[column] for caustics in rows.values()]
-            (_own_scales if order == 1 else _common_scale)(list(panels[:, column]), found)
+            row = [caustics[column] for caustics in rows.values()]
+            (_own_scales if order == 1 else _common_scale)(list(panels[:, column]), row)
             panels[0, column].set_title(f"{style.order_name(order)} caustic")
             panels[-1, column].set_xlabel("φ′ − middle (deg)" if order == 1 else "φ′ (deg)")
             if order > 1:
@@ -91,17 +91,17 @@ def multiples_figure(rows: Mapping[str, CausticSet], title: str) -> Figure:
     return figure
 
 
-def _own_scales(panels: Sequence[Axes], found: list[Caustic]) -> None:
+def _own_scales(panels: Sequence[Axes], row: list[Caustic]) -> None:
     """Each caustic about its own middle."""
-    for ax, caustic in zip(panels, found, strict=True):
+    for ax, caustic in zip(panels, row, strict=True):
         width = max(caustic.theta_extent, caustic.phi_extent)
         caustic_axes(ax, caustic, math.radians(0.5) if is_shapeless(caustic) else _OWN_SCALE * width)
 
 
-def _common_scale(panels: Sequence[Axes], found: list[Caustic]) -> None:
+def _common_scale(panels: Sequence[Axes], row: list[Caustic]) -> None:
     """The same phi' in all panels, which the lowest names."""
-    low, high = (math.degrees(f) for f in (min(c.phi_min for c in found), max(c.phi_max for c in found)))
-    for ax, caustic in zip(panels, found, strict=True):
+    low, high = (math.degrees(f) for f in (min(c.phi_min for c in row), max(c.phi_max for c in row)))
+    for ax, caustic in zip(panels, row, strict=True):
         caustic_axes(ax, caustic)
         _common_axis(ax, low, high)
         ax.tick_params(labelbottom=ax is panels[-1])

@@ -116,9 +116,9 @@ def distance_to_edge(directions: Float[Array, "n axes"], edge: Float[Array, "m a
     return np.where(distance > _ROUND_OFF, distance, np.nan)
 
 
-def _apart(one: Float[Array, "n axes"], other: Float[Array, "n axes"]) -> Float[Array, " n"]:
+def _apart(first: Float[Array, "n axes"], second: Float[Array, "n axes"]) -> Float[Array, " n"]:
     """Angles between directions, radians; distances of places (alpha, beta)."""
-    return np.linalg.norm(one - other, axis=-1) if _is_flat(one) else angle_between(one, other)
+    return np.linalg.norm(first - second, axis=-1) if _is_flat(first) else angle_between(first, second)
 
 
 def unrolled_places(

@@ -1,7 +1,7 @@
 """Questions of the page and answers to them, for the server and for notebooks.
 
 Answers are views, which `page_data` makes, an orbit of the camera for the page to play, the images of a star of finite
-size, and pictures of `backdrops`.
+size, its waves, and pictures of `backdrops`.
 """
 
 import json
@@ -15,23 +15,26 @@ from kerrcaustics.explorer.backdrops import Window, backdrop_of, checked_window
 from kerrcaustics.explorer.lessons import lessons
 from kerrcaustics.explorer.limits import allowed, nearest
 from kerrcaustics.explorer.page_data import QUALITIES, Message, finite, view_of
-from kerrcaustics.explorer.state import PRESETS, ExplorerState
+from kerrcaustics.explorer.state import LEAST_FREQUENCY, MOST_FREQUENCY, PRESETS, ExplorerState
 from kerrcaustics.extended_sources.magnification import magnification
 from kerrcaustics.images.images import StarImages
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.results.stages import stage
 from kerrcaustics.tracks.events import PairEvent
 from kerrcaustics.tracks.tracks import Track, star_tracks
+from kerrcaustics.waves.amplification import amplification
 
 Array = np.ndarray
 
 LONGEST_QUESTION = 4096
 """Bytes of a question at most."""
 
-WANTS = (*QUALITIES, "orbit", "shapes", "backdrop")
+WANTS = (*QUALITIES, "orbit", "shapes", "waves", "backdrop")
 
 MOMENTS = 360
 """Moments of an orbit."""
+# Frequencies of a spectrum on both sides of the one that is asked for, and the largest part of that they reach.
+_FREQUENCIES, _REACH = 200, 10.0
 # Most points of a track or a limb that the page is given.
 _MOST_POINTS = 1500
 
@@ -89,7 +92,12 @@ def question(text: str) -> Question:
 
 def answer(number: int, want: str, state: ExplorerState, window: Window | None = None) -> Message:
     """The answer to a question, or the reason why there is none."""
-    makers = {"orbit": orbit_of, "shapes": shapes_of, "backdrop": lambda state: backdrop_of(state, window)}
+    makers = {
+        "orbit": orbit_of,
+        "shapes": shapes_of,
+        "waves": waves_of,
+        "backdrop": lambda state: backdrop_of(state, window),
+    }
     try:
         message = makers[want](state) if want in makers else view_of(state, want)
     except ValueError as error:
@@ -184,6 +192,33 @@ def shapes_of(state: ExplorerState) -> Message:
         "seconds": time.perf_counter() - began,
     }
     return Message(record, arrays)
+
+
+@usual_warnings
+def waves_of(state: ExplorerState) -> Message:
+    """The waves of the state's star, at the state's frequency and beside it."""
+    began = time.perf_counter()
+    state.check()
+    if state.frequency == 0:
+        raise ValueError("Argument `frequency` must be that of waves, but is 0.")
+    low, high = max(state.frequency / _REACH, LEAST_FREQUENCY), min(state.frequency * _REACH, MOST_FREQUENCY)
+    frequencies = np.append(np.geomspace(low, high, 2 * _FREQUENCIES), state.frequency)
+    with stage("waves_of_the_star"):
+        seen = amplification(state.camera(), state.star(), frequencies, max_index=state.max_index)
+    modulus = np.abs(seen.value)
+    record = {
+        "kind": "waves",
+        "state": state.record(),
+        "frequency": state.frequency,
+        "modulus": modulus[-1],
+        "error": seen.error[-1],
+        "method": str(seen.method[-1]),
+        "sum": float(np.sqrt((seen.image_amplitude[seen.image_index <= state.max_index] ** 2).sum())),
+        "certified": seen.certified,
+        "remarks": list(seen.remarks),
+        "seconds": time.perf_counter() - began,
+    }
+    return Message(record, {"spectrum": np.stack([frequencies, modulus, seen.error], axis=-1)[:-1]})
 
 
 def _event(event: PairEvent, period: float) -> dict[str, object]:

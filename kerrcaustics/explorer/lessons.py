@@ -89,6 +89,24 @@ LESSONS = (
         "become very bright at each of these moments. Drag the moment to one of the lines.",
         (1, 1, 1),
     ),
+    Lesson(
+        "A star with a size",
+        ExplorerState(spin=0.0, velocity="fiducial", orders=2, theta=88.0, phi=180.0, size=3.0),
+        "A point on a caustic would be infinitely bright; a star is not a point. This one covers the place straight "
+        "behind the hole: all of its images touch, and make a whole ring.",
+        "the ring, and the magnification in the line below. Make the star smaller: the ring opens into two arcs. Make "
+        "it larger: the ring is wider, but each part of the star is less bright.",
+        (1, 1),
+    ),
+    Lesson(
+        "Waves",
+        ExplorerState(spin=0.5, orders=3, theta=84.6, phi=323.0, frequency=3.0),
+        "Light is a wave, and its images interfere. The strip below shows how strong the star is seen at each "
+        "frequency: the images beat, the faster the later one arrives.",
+        "the band about the line: the error, which grows toward long waves, that know nothing of rays. Drag the star "
+        "over the caustic: its images flash there, the waves do not.",
+        (1, 2, 2),
+    ),
 )
 """Presets by idea; one after the other they are the tour."""
 

@@ -4,7 +4,15 @@ import math
 from dataclasses import replace
 from typing import Any
 
-from kerrcaustics.explorer.state import LEAST_RADIUS, MOST_ORDERS, MOST_RADIUS, MOST_SIZE, MOST_SPIN, ExplorerState
+from kerrcaustics.explorer.state import (
+    LEAST_RADIUS,
+    MOST_FREQUENCY,
+    MOST_ORDERS,
+    MOST_RADIUS,
+    MOST_SIZE,
+    MOST_SPIN,
+    ExplorerState,
+)
 from kerrcaustics.spacetime.camera import VELOCITY_NAMES
 from kerrcaustics.spacetime.kerr import horizon
 
@@ -23,6 +31,7 @@ def allowed(state: ExplorerState) -> dict[str, Any]:
         "theta": [0.0, 180.0],
         "phi": [0.0, 360.0],
         "size": [0.0, MOST_SIZE],
+        "frequency": [0.0, MOST_FREQUENCY],
         "orders": [1, MOST_ORDERS],
         "velocity": {name: _obstacle(state, name) for name in VELOCITY_NAMES},
     }

@@ -5,14 +5,14 @@ import json
 from kerrcaustics.draw.palettes import THEMES
 from kerrcaustics.explorer.state import PAGE
 
-LOGIC = ("numbers", "state", "style", "answers", "questions", "freshness", "shapes", "quiz_stars", "gif")
-"""Files of `page/parts` that need no page: numbers, the state, answers, questions, what is old, shapes,
+LOGIC = ("numbers", "state", "style", "answers", "questions", "freshness", "layers", "quiz_stars", "gif")
+"""Files of `page/parts` that need no page: numbers, the state, answers, questions, what is old, layers,
 lessons, GIF files."""
 
 PARTS = (
     *LOGIC,
     # What panels draw.
-    *("pens", "words", "sky_panel", "celestial_map", "celestial_globe", "source_panel", "strip"),
+    *("pens", "words", "sky_panel", "celestial_map", "celestial_globe", "source_panel", "strip", "spectrum"),
     # What users see and touch.
     *("elements", "terms", "canvases", "screen", "controls", "tables", "playback", "pointers", "exports", "status"),
     # Lessons.

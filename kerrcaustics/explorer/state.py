@@ -19,6 +19,9 @@ LEAST_RADIUS = 1.0
 LEAST_SIZE, MOST_SIZE = 1e-6, 20.0
 """Radii of stars that are not points, degrees."""
 
+LEAST_FREQUENCY, MOST_FREQUENCY = 0.05, 1000.0
+"""Angular frequencies of waves, times the mass."""
+
 PAGE = Path(__file__).parent / "page"
 """The files of the page."""
 
@@ -33,7 +36,8 @@ class ExplorerState:
     """A camera, a star, the number of orders, and the look of the page.
 
     spin; radius in units of the mass; inclination, theta, phi: degrees, of the camera and of the star on the celestial
-    sphere; size: radius of the star, degrees, 0 for a point; velocity: the name of one; orders: of critical curves, 1
+    sphere; size: radius of the star, degrees, 0 for a point; frequency: of its waves, times the mass, 0 for rays alone;
+    velocity: the name of one; orders: of critical curves, 1
     to 4, and images of index 0 to orders - 1; backdrop: the sky behind the curves; chart: of the celestial sphere.
     """
 
@@ -45,6 +49,7 @@ class ExplorerState:
     theta: float = 84.0
     phi: float = 60.0
     size: float = 0.0
+    frequency: float = 0.0
     backdrop: str = "none"
     chart: str = "map"
 
@@ -73,6 +78,8 @@ class ExplorerState:
         _within("phi", self.phi, -36000, 36000)
         if self.size != 0:
             _within("size", self.size, LEAST_SIZE, MOST_SIZE)
+        if self.frequency != 0:
+            _within("frequency", self.frequency, LEAST_FREQUENCY, MOST_FREQUENCY)
         self.camera()
 
     def camera(self) -> Camera:
@@ -109,7 +116,9 @@ class ExplorerState:
         ]
         lines += [f"kerrcaustics tracks {camera} {tracks} --max-index {self.max_index}"] * self.has_orbit
         size = f"--size {self.size:.12g} --max-index {self.max_index}"
-        return lines + [f"kerrcaustics magnification {camera} {star} {size}"] * (self.size > 0)
+        lines += [f"kerrcaustics magnification {camera} {star} {size}"] * (self.size > 0)
+        waves = f"--frequency {self.frequency:.12g} --max-index {self.max_index}"
+        return lines + [f"kerrcaustics amplification {camera} {star} {waves}"] * (self.frequency > 0)
 
     def python(self) -> str:
         """Python code that returns these numbers; of deep images with more digits."""
@@ -122,7 +131,9 @@ class ExplorerState:
             f"caustics = kc.caustics(camera, orders={self.orders})\n"
             f"images = kc.star_images(camera, {star}, max_index={self.max_index})\n"
         )
-        return lines + f"seen = kc.magnification(camera, {star}, {size})\n" * (self.size > 0)
+        lines += f"seen = kc.magnification(camera, {star}, {size})\n" * (self.size > 0)
+        waves = f"{self.frequency:.12g}, max_index={self.max_index}"
+        return lines + f"waves = kc.amplification(camera, {star}, {waves})\n" * (self.frequency > 0)
 
     @property
     def has_orbit(self) -> bool:

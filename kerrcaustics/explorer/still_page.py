@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from kerrcaustics.explorer.answers import orbit_of
+from kerrcaustics.explorer.answers import orbit_of, shapes_of, waves_of
 from kerrcaustics.explorer.lessons import LESSONS, Lesson, lessons
 from kerrcaustics.explorer.page_data import Message, view_of
 from kerrcaustics.explorer.page_script import script
@@ -43,7 +43,12 @@ def write_page(
 
 
 def _star(state: ExplorerState) -> dict[str, str | None]:
-    return {"view": _text(view_of(state)), "orbit": _text(orbit_of(state, _MOMENTS)) if state.has_orbit else None}
+    return {
+        "view": _text(view_of(state)),
+        "orbit": _text(orbit_of(state, _MOMENTS)) if state.has_orbit else None,
+        "shapes": _text(shapes_of(state)) if state.size else None,
+        "waves": _text(waves_of(state)) if state.frequency else None,
+    }
 
 
 def _page(states: str) -> str:

@@ -105,21 +105,23 @@ def boundaries(
         Of the area; 1 if it is left out.
     """
     brightest = 1.0 if weight is None else weight(points).max(axis=1)
-    found = []
-    for chosen in components(arcs):
-        bound = _Bound(points[chosen], sign[chosen], hole)
+    parts = components(arcs)
+    found = [_Bound(points[chosen], sign[chosen], hole) for chosen in parts]
+    # Where boundaries turn about the hole backward in all, the images lie round the direction opposite to it.
+    around = -min(0, sum(bound.turns for bound in found)) if len(hole) == 3 else 0
+    bounds = []
+    for chosen, bound in zip(parts, found, strict=True):
+        share = min(around, max(0, -bound.turns))
+        around -= share
         off = float((error * brightest)[chosen].sum())
-        found.append(Boundary(chosen, points[chosen], bound.light(weight), off, bound.turns))
-    return found
+        bounds.append(Boundary(chosen, points[chosen], bound.light(weight, share), off, bound.turns))
+    return bounds
 
 
-def total(found: Sequence[Boundary], axes: int, weight: Weight | None = None) -> tuple[Float[Array, " columns"], float]:
+def total(bounds: Sequence[Boundary], axes: int) -> tuple[Float[Array, " columns"], float]:
     """The light within some boundaries, and the error of the first column; axes: of their places."""
-    light = np.sum([np.zeros(axes + 1), *(one.light for one in found)], axis=0)
-    turns = sum(one.turns for one in found) if axes == 3 else 0
-    if turns < 0:
-        light -= turns * _of_sky(weight)
-    return light, sum(one.error for one in found)
+    light = np.sum([np.zeros(axes + 1), *(one.light for one in bounds)], axis=0)
+    return light, sum(one.error for one in bounds)
 
 
 def closed(arcs: BoundaryArcs, sign: Float[Array, " arcs"]) -> bool:
@@ -148,8 +150,8 @@ def flat_from_hole(places: Float[Array, "*batch axes"], hole: Float[Array, " axe
     if len(hole) == 2:
         away = places - hole
         return 1 / (away[..., 1] + 1j * away[..., 0])
-    one, other = (axis[0] for axis in tangent_basis(-hole[None]))
-    return (places @ one + 1j * (places @ other)) / (1 - places @ hole)
+    first, second = (axis[0] for axis in tangent_basis(-hole[None]))
+    return (places @ first + 1j * (places @ second)) / (1 - places @ hole)
 
 
 def winding(
@@ -164,13 +166,13 @@ def winding(
     low, high = _ENDED[step], _ENDED[step + 1]
     turns = np.zeros(len(place))
     for _ in range(_MOST_HALVINGS):
-        one, other = (_on_curve(curves[arc], at) - place[which] for at in (low, high))
-        angle = np.angle(other * one.conj())
+        first, second = (_on_curve(curves[arc], at) - place[which] for at in (low, high))
+        angle = np.angle(second * first.conj())
         good = np.abs(angle) < _SMALL_ANGLE
         np.add.at(turns, which[good], (sign[arc] * angle)[good])
         turns[which[np.isnan(angle)]] = np.nan
-        again = ~good & np.isfinite(turns[which])
-        which, arc, low, high = which[again], arc[again], low[again], high[again]
+        retried = ~good & np.isfinite(turns[which])
+        which, arc, low, high = which[retried], arc[retried], low[retried], high[retried]
         # An arc that passes a place, or points of it that are lost, would be divided without end.
         if not 0 < len(which) < _MOST_STEPS:
             break
@@ -188,8 +190,8 @@ def _on_curve(coefficients: Complex[Array, "steps nodes"], at: Float[Array, " st
 def turns_about(place: Float[Array, " axes"], points: Float[Array, "arcs nodes axes"]) -> Float[Array, " arcs"]:
     """By how many turns the azimuth about a place grows along arcs."""
     if len(place) == 3:
-        one, other = (axis[0] for axis in tangent_basis(place[None]))
-        away = points @ one + 1j * (points @ other)
+        first, second = (axis[0] for axis in tangent_basis(place[None]))
+        away = points @ first + 1j * (points @ second)
     else:
         # alpha and beta lie as the second and the first tangent do.
         away = (points[..., 1] - place[1]) + 1j * (points[..., 0] - place[0])
@@ -215,8 +217,8 @@ class _Bound:
             # About the direction opposite to the hole the other side is measured.
             self._beyond = 0 if side > 0 else self.turns
 
-    def light(self, weight: Weight | None) -> Array:
-        """Integrals of the weight, and of the weight times the place, over the area.
+    def light(self, weight: Weight | None, skies: int) -> Array:
+        """Integrals of the weight, and of the weight times the place, over the area and so many whole skies.
 
         Along a straight way from the origin both are averaged, by Gauss's rule.
         """
@@ -228,7 +230,9 @@ class _Bound:
                 [np.ones_like(places[..., :1]), places], -1
             )
         swept = self._sign @ np.einsum("an,anc->ac", self._swept(), averages)
-        return swept + self._beyond * _of_sky(weight) if self._beyond else swept
+        # Small images keep their digits: no sky is added that is taken off again.
+        skies += self._beyond
+        return swept + skies * _of_sky(weight) if skies else swept
 
     def _toward(self, part: float) -> Array:
         """Places at a part of the way from the origin to the points: on a sphere by areas within circles about it."""
@@ -259,8 +263,8 @@ class _Bound:
         if points.shape[-1] == 2:
             return (points - self._origin)[..., ::-1]
         scale = np.sqrt(2 / (1 + points @ self._origin))
-        one, other = (axis[0] for axis in tangent_basis(self._origin[None]))
-        return scale[..., None] * np.stack([points @ one, points @ other], axis=-1)
+        first, second = (axis[0] for axis in tangent_basis(self._origin[None]))
+        return scale[..., None] * np.stack([points @ first, points @ second], axis=-1)
 
 
 def _of_sky(weight: Weight | None) -> Float[Array, " 4"]:

@@ -60,10 +60,10 @@ class ChartArcs(Rows):
         return int(max(self.arcs.left.max(initial=0), self.arcs.right.max(initial=0)))
 
 
-def arcs_along(patch: Patch, found: Contours, wanted: float) -> ChartArcs:
+def arcs_along(patch: Patch, outline: Contours, wanted: float) -> ChartArcs:
     """Arcs along the steps of contours; wanted: error of the area, a part of it, about."""
-    steps, parts, area = found.steps, [_none()], 0.0
-    first, bad = found.last_node + 1, []
+    steps, parts, area = outline.steps, [_none()], 0.0
+    first, bad = outline.last_node + 1, []
     for halving in range(_MOST_HALVINGS + 1):
         if not len(steps):
             break
@@ -121,9 +121,9 @@ def _none() -> ChartArcs:
     return ChartArcs(BoundaryArcs(number, number, number, place, place, points, real), number, real, number)
 
 
-def extremes(patch: Patch, found: Contours) -> Float[Array, " extremes"]:
+def extremes(patch: Patch, outline: Contours) -> Float[Array, " extremes"]:
     """Extremes of the distance of caustics within a disc from its centre."""
-    steps = found.steps[found.steps.order > 0]
+    steps = outline.steps[outline.steps.order > 0]
     if not len(steps):
         return np.empty(0)
     parts = np.tile((1 + _EXTREME_NODES) / 2, (len(steps), 1))
@@ -137,15 +137,15 @@ def extremes(patch: Patch, found: Contours) -> Float[Array, " extremes"]:
     return np.concatenate(values)
 
 
-def rim_arcs(patch: Patch, found: Contours, first: int) -> ChartArcs:
+def rim_arcs(patch: Patch, outline: Contours, first: int) -> ChartArcs:
     """Arcs of the rim of a chart on which it leads to the disc; first: number of the first new node."""
     if not patch.rim:
         return _none()
     height = patch.high if patch.rim > 0 else patch.low
-    here = np.flatnonzero(np.abs(found.nodes.place[:, 1] - height) <= _CLOSE * (patch.high - patch.low))
-    phase = found.nodes.place[here, 0] % _TURN
+    here = np.flatnonzero(np.abs(outline.nodes.place[:, 1] - height) <= _CLOSE * (patch.high - patch.low))
+    phase = outline.nodes.place[here, 0] % _TURN
     order = np.argsort(phase)
-    here, phase = found.nodes.number[here][order], phase[order]
+    here, phase = outline.nodes.number[here][order], phase[order]
     if not len(here):
         here, phase, first = np.array([first]), np.zeros(1), first + 1
     low, high, left, right = phase, np.append(phase[1:], phase[0] + _TURN), here, np.roll(here, -1)

@@ -186,22 +186,22 @@ def _steps(grid: ChartGrid, crossed: _Crossed) -> tuple[Steps, tuple[str, ...]]:
     """Steps within cells, and what is in doubt."""
     nodes, highest = crossed.nodes, grid.patch.max_index
     cell, left, right, cut = _pairs(grid, crossed.limb)
-    one, other = nodes.index[left], nodes.index[right]
-    used = np.minimum(one, other) <= highest
+    first, second = nodes.index[left], nodes.index[right]
+    used = np.minimum(first, second) <= highest
     base = grid.place(grid.cells[cell])
     ends = [_beside(base, nodes.place[i]) for i in (left, right)]
     rising = _rising(grid, cell, ends, cut)
-    along = Steps(np.zeros(len(cell), int), one, left, right, ends[0], ends[1], _sized(grid, cell), rising)
-    bent = np.flatnonzero(used & (np.abs(one - other) == 1))
+    along = Steps(np.zeros(len(cell), int), first, left, right, ends[0], ends[1], _sized(grid, cell), rising)
+    bent = np.flatnonzero(used & (np.abs(first - second) == 1))
     place = meetings(grid.patch, _sized(grid, bent), ends[0][bent], ends[1][bent], rising[bent])
     event = len(nodes.order) + np.arange(len(bent))
-    steps = along[used & (one == other)].joined(
+    steps = along[used & (first == second)].joined(
         replace(along[bent], right=event, stop=place),
-        replace(along[bent], index=other[bent], left=event, start=place),
+        replace(along[bent], index=second[bent], left=event, start=place),
     )
-    here = _OnCurve(cell[bent], np.maximum(one, other)[bent], event, place)
+    here = _OnCurve(cell[bent], np.maximum(first, second)[bent], event, place)
     critical, doubts = _critical(grid, crossed, here)
-    if lost := int((used & (np.abs(one - other) > 1)).sum()):
+    if lost := int((used & (np.abs(first - second) > 1)).sum()):
         doubts = (*doubts, f"{lost} steps along the limb between images whose indices differ by more than one")
     return steps[steps.index <= highest].joined(critical), doubts
 
@@ -247,10 +247,10 @@ def _pairs(grid: ChartGrid, at: Int[Array, "cells 4"]) -> tuple[Array, Array, Ar
     if not rows:
         none = np.empty(0, int)
         return none, none, none, none
-    cells, one, other = (np.concatenate(column) for column in zip(*rows, strict=True))
+    cells, first, second = (np.concatenate(column) for column in zip(*rows, strict=True))
     # Neighbouring sides share the corner that the step cuts off.
-    cut = np.where((one == 0) & (other == 3), 0, other)
-    return cells, at[cells, one], at[cells, other], cut
+    cut = np.where((first == 0) & (second == 3), 0, second)
+    return cells, at[cells, first], at[cells, second], cut
 
 
 def _rising(
@@ -276,18 +276,18 @@ def _critical(grid: ChartGrid, crossed: _Crossed, events: _OnCurve) -> tuple[Ste
         left = group.tolist()
         odd += len(left) % 2
         while len(left) > 1:
-            one = left.pop(0)
-            away = lengths((every.place[one] - every.place[left]) @ np.linalg.inv(grid.axes))
-            pairs.append(np.array([[one, left.pop(int(np.argmin(away)))]]))
-    one, other = (every[side] for side in np.concatenate(pairs).T)
+            first = left.pop(0)
+            away = lengths((every.place[first] - every.place[left]) @ np.linalg.inv(grid.axes))
+            pairs.append(np.array([[first, left.pop(int(np.argmin(away)))]]))
+    first, second = (every[side] for side in np.concatenate(pairs).T)
     steps = Steps(
-        one.order,
-        one.order,
-        one.number,
-        other.number,
-        one.place,
-        other.place,
-        _sized(grid, one.cell),
-        np.zeros(len(one)),
+        first.order,
+        first.order,
+        first.number,
+        second.number,
+        first.place,
+        second.place,
+        _sized(grid, first.cell),
+        np.zeros(len(first)),
     )
     return steps, ((f"{odd} steps along critical curves end nowhere",) if odd else ())

@@ -54,7 +54,7 @@ def refined(
     wanted : float
         Error of the area in all, square radians.
     """
-    found: list[BoundaryArcs] = []
+    pieces: list[BoundaryArcs] = []
     for halving in range(_MOST_HALVINGS + 1):
         seen = traced(low, high)
         if seen is None:
@@ -69,7 +69,7 @@ def refined(
         # Directions are rounded, too.
         floor = (noise + np.finfo(float).eps) * size
         good = (miss <= wanted / len(low)) | (miss <= _ROUND_OFF * floor) | (halving == _MOST_HALVINGS)
-        found.append(BoundaryArcs(index, left, right, sky[:, -2], sky[:, -1], points, miss + floor)[good])
+        pieces.append(BoundaryArcs(index, left, right, sky[:, -2], sky[:, -1], points, miss + floor)[good])
         if good.all():
             break
         low, high, left, right, index = (values[~good] for values in (low, high, left, right, index))
@@ -77,4 +77,4 @@ def refined(
         first += len(low)
         low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
         left, right, index = np.concatenate([left, new]), np.concatenate([new, right]), np.tile(index, 2)
-    return found[0].joined(*found[1:])
+    return pieces[0].joined(*pieces[1:])

@@ -109,12 +109,12 @@ class Limb:
 
         first: number of the first new node; wanted: error of the area in all, square radians.
         """
-        found, doubtful = self._arcs(guessed, first, wanted)
+        arcs, doubtful = self._arcs(guessed, first, wanted)
         if doubtful:
             others, fewer = replace(self, evenly=True)._arcs(guessed, first, wanted)
             if fewer < doubtful:
                 return others, fewer
-        return found, doubtful
+        return arcs, doubtful
 
     def _arcs(self, guessed: GuessedArcs, first: int, wanted: float) -> tuple[BoundaryArcs, int]:
         size = _lengths_of(with_ends(guessed.start, guessed.guess, guessed.stop))
@@ -150,9 +150,9 @@ class Limb:
         links, whole = guessed.links, with_ends(guessed.start, points, guessed.stop)
         middle = self._on_limb(unit(along(_TO_MIDDLE, whole))[:, 0], guessed, np.zeros(len(links)), size)
         new, p = first + np.arange(len(links)), (links.p_0 + links.p_1) / 2
-        one, other = (unit(along(half, whole)) for half in _HALVES)
-        halves = replace(guessed, links=replace(links, right=new, p_1=p), stop=middle, guess=one).joined(
-            replace(guessed, links=replace(links, left=new, p_0=p), start=middle, guess=other)
+        start, stop = (unit(along(half, whole)) for half in _HALVES)
+        halves = replace(guessed, links=replace(links, right=new, p_1=p), stop=middle, guess=start).joined(
+            replace(guessed, links=replace(links, left=new, p_0=p), start=middle, guess=stop)
         )
         return halves, np.tile(size / 2, 2)
 
@@ -195,9 +195,9 @@ class Limb:
     def offset(self, sky: Float[Array, "n 3"], beams: Beams) -> Offset:
         """The way to the limb from directions that have been traced."""
         upward = flattened(beams.direction, self.circle.upward_and_east(beams.direction)[0])
-        one, other = np.einsum("nij,ni->jn", beams.jacobian, upward)[..., None]
+        start, stop = np.einsum("nij,ni->jn", beams.jacobian, upward)[..., None]
         first, second = tangent_basis(sky)
-        gradient = one * first + other * second
+        gradient = start * first + stop * second
         steep = lengths(gradient)
         with np.errstate(divide="ignore", invalid="ignore"):
             inward = np.nan_to_num(gradient / steep[:, None])

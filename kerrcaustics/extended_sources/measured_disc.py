@@ -45,10 +45,10 @@ class MeasuredDisc:
 
     def doubted(self, doubts: Sequence[str], faults: Sequence[str]) -> "MeasuredDisc":
         """The same with doubts that its error covers, and with faults, after which nothing is known of the areas."""
-        found = replace(self, remarks=tuple(dict.fromkeys([*faults, *doubts, *self.remarks])))
+        disc = replace(self, remarks=tuple(dict.fromkeys([*faults, *doubts, *self.remarks])))
         if not (faults or self.remarks):
-            return found
-        return replace(found, error=math.inf, share_errors=np.full(len(self.shares), math.inf))
+            return disc
+        return replace(disc, error=math.inf, share_errors=np.full(len(self.shares), math.inf))
 
     def doubted_if_unknown(self) -> "MeasuredDisc":
         """The same, not certified where its error is larger than its area."""
@@ -95,10 +95,10 @@ def summed(
 
     shares, share_errors = np.zeros(max_index + 1), np.zeros(max_index + 1)
     for k in range(max_index + 1):
-        (shares[k], *_), share_errors[k] = total(bounded(signs(k)), len(seen_hole), weight)
+        (shares[k], *_), share_errors[k] = total(bounded(signs(k)), len(seen_hole))
     sign = signs(None)
     bounds = bounded(sign)
-    light, off = total(bounds, len(seen_hole), weight)
+    light, off = total(bounds, len(seen_hole))
     adds_up = abs(shares.sum() - light[0]) <= share_errors.sum() + off
     chosen = sign != 0
     return MeasuredDisc(

@@ -62,11 +62,11 @@ def measured_on_charts(
     patches, curves = _patches(viewer, disc, max_index)
     parts, doubts, faults = [], [], []
     for patch in patches:
-        found = contours(patch)
-        arcs = arcs_along(patch, found, _WANTED)
-        first = 1 + max(arcs.last_node, found.last_node)
-        parts.append(arcs.joined(rim_arcs(patch, found, first)))
-        faults += found.remarks
+        outline = contours(patch)
+        arcs = arcs_along(patch, outline, _WANTED)
+        first = 1 + max(arcs.last_node, outline.last_node)
+        parts.append(arcs.joined(rim_arcs(patch, outline, first)))
+        faults += outline.remarks
         if doubtful := int(arcs.doubtful.sum()):
             doubts.append(f"{doubtful} arcs of the boundary are in doubt")
     camera = search_camera(viewer)
@@ -137,12 +137,12 @@ def _witnesses(
     surface = disc.surface
     certificate = certificate_of(surface, viewer, max_index)
     places = _probes(disc, circles)
-    found = certificate.searched(places)
-    sure, height = found.certified, disc.height(surface.vectors(places))
+    searched = certificate.searched(places)
+    sure, height = searched.certified, disc.height(surface.vectors(places))
     remarks = []
     if not (sure & (height < 0)).any():
         remarks.append("no place within the disc has certified images")
-    images = found.images[sure[found.images.star]]
+    images = searched.images[sure[searched.images.star]]
     witnesses = _Witnesses(images.sky, height[images.star] < 0, images.second_arrival)
     critical = _of_curves(disc, curves, max_index) if curves else _of_folds(viewer, disc, max_index, circles)
     return witnesses.joined(critical), remarks
@@ -203,9 +203,9 @@ def _chosen(disc: Disc, parts: list[tuple[Array, Array, Array]]) -> _Witnesses:
     clear = np.flatnonzero(np.abs(height) > _MARGIN * disc.size)
     chosen = []
     for side in (-1, 1):
-        these = clear[np.sign(height[clear]) == side]
-        these = these[np.argsort(np.abs(height[these]))]
-        chosen.append(these[:: max(1, len(these) // _MOST_POINTS)] if side < 0 else these[:_MOST_POINTS])
+        kept = clear[np.sign(height[clear]) == side]
+        kept = kept[np.argsort(np.abs(height[kept]))]
+        chosen.append(kept[:: max(1, len(kept) // _MOST_POINTS)] if side < 0 else kept[:_MOST_POINTS])
     which = np.concatenate(chosen)
     return _Witnesses(sky[which], height[which] < 0, second[which])
 

@@ -137,8 +137,8 @@ def _about(arcs: BoundaryArcs, sheets: Sheets) -> float:
     """The area of the images, about, on the search sky: square radians."""
     points = with_ends(arcs.start, arcs.points, arcs.stop)
     hole = _searched_hole(sheets)
-    found = boundaries(arcs, points, arcs.error, _parity(arcs), hole)
-    return max(abs(float(total(found, len(hole))[0][0])), _LEAST_PART * max(abs(one.area) for one in found))
+    bounds = boundaries(arcs, points, arcs.error, _parity(arcs), hole)
+    return max(abs(float(total(bounds, len(hole))[0][0])), _LEAST_PART * max(abs(one.area) for one in bounds))
 
 
 def _searched_hole(sheets: Sheets) -> Float[Array, " 3"]:
@@ -157,15 +157,15 @@ def _parity(arcs: BoundaryArcs) -> Float[Array, " arcs"]:
 
 def _critical(sheets: Sheets, rim: Circle, limb: _Followed) -> tuple[BoundaryArcs, tuple[str, ...]]:
     """The arcs of all critical curves within the images of the disc, and what is in doubt."""
-    found, remarks = limb.arcs[:0], ()
+    critical, remarks = limb.arcs[:0], ()
     if limb.crossings is None:
-        return found, remarks
+        return critical, remarks
     for curve in sheets.curves:
-        whole = limb.arcs.joined(found)
+        whole = limb.arcs.joined(critical)
         first = _next_node(whole.left, whole.right)
         more, doubts = critical_arcs(sheets, rim, limb.crossings, curve, first, limb.wanted)
-        found, remarks = found.joined(more), remarks + doubts
-    return found, remarks
+        critical, remarks = critical.joined(more), remarks + doubts
+    return critical, remarks
 
 
 def _sense(sheets: Sheets, sky: SearchSky, hole: Float[Array, " axes"]) -> float:
@@ -185,11 +185,11 @@ def _checked(
     if not closed(arcs, sign):
         return ("the boundary of the images is not closed",)
     radius, place = _probes(sheets, rim, beside_caustics)
-    found = search(sheets, place)
-    sure = found.certified
+    searched = search(sheets, place)
+    sure = searched.certified
     if not (sure & (radius < 1)).any():
         return ("no place within the disc has certified images",)
-    images = found.images[sure[found.images.star]]
+    images = searched.images[sure[searched.images.star]]
     # On the search sky, where images next to the hole are as large as others.
     hole = _searched_hole(sheets)
     points = with_ends(arcs.start, arcs.points, arcs.stop)

@@ -47,9 +47,9 @@ def _guess(chart: Chart, kinds: Int[Array, " arcs"], cubics: Cubics) -> Float[Ar
 def of_small_images(sheets: Sheets, circle: Circle) -> GuessedArcs | None:
     """Guesses for a disc that no caustic reaches; None where its images are not certain."""
     longitude = 2 * math.pi * np.arange(_POINTS) / _POINTS
-    found = search(sheets, circle.place(longitude))
-    images = found.images
-    if not found.certified.all() or (found.counts != found.counts[0]).any():
+    searched = search(sheets, circle.place(longitude))
+    images = searched.images
+    if not searched.certified.all() or (searched.counts != searched.counts[0]).any():
         return None
     beams = trace_beams(
         sheets.camera, images.sky, "auto", TOLERANCE, end=sheets.surface, crossings=False, redshift=False
@@ -79,16 +79,16 @@ def _following(
     following = np.full(len(star), -1)
     for k in np.unique(index).tolist():
         columns = [np.flatnonzero((star == i) & (index == k)) for i in range(_POINTS)]
-        for one, other in zip(columns, columns[1:] + columns[:1], strict=True):
-            kinds = np.full((len(one), len(other)), k)
-            step = apart(kinds, place[one][:, None], place[other][None])
-            cost = plain_cost(step, rate[one][:, None], rate[other][None], np.zeros(kinds.shape))
+        for first, second in zip(columns, columns[1:] + columns[:1], strict=True):
+            kinds = np.full((len(first), len(second)), k)
+            step = apart(kinds, place[first][:, None], place[second][None])
+            cost = plain_cost(step, rate[first][:, None], rate[second][None], np.zeros(kinds.shape))
             rows, chosen = linear_sum_assignment(cost)
             best = cost[rows, chosen]
             cost[rows, chosen] = np.inf
             if (best > _SURE).any() or (best > _SURE * cost.min(axis=1)).any():
                 return None
-            following[one] = other[chosen]
+            following[first] = second[chosen]
         last = columns[0]
         for _ in range(_POINTS):
             last = following[last]

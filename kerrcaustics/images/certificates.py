@@ -56,8 +56,8 @@ class SheetsCertificate:
     def counted(self, places: Float[Array, "sources 2"], *, find: bool) -> Counts:
         """Numbers of images. find: also by a search, which certifies them."""
         if find:
-            found = self.searched(places)
-            return Counts(found.counts, found.expected, np.any(found.on_caustic, axis=1), found.certified)
+            images = self.searched(places)
+            return Counts(images.counts, images.expected, np.any(images.on_caustic, axis=1), images.certified)
         surface = self.domain.surface
         counted = sheets_of(self.viewer, self.max_index, surface).counted(surface.vectors(places))
         certified = np.zeros(len(places), bool)

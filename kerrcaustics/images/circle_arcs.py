@@ -123,9 +123,9 @@ def _arcs(circles: Circles, radius: float) -> Arcs:
     remarks = (*_lost(lost, folds), *_unresolved(blank, points, following), *touching)
     low, high, index = points[~change], following[~change], points.index[~change]
     # Both halves of a step with a fold.
-    one, other = points[change], following[change]
-    low, high = low.joined(one, folds), high.joined(folds, other)
-    index = np.concatenate([index, one.index, other.index])
+    first, second = points[change], following[change]
+    low, high = low.joined(first, folds), high.joined(folds, second)
+    index = np.concatenate([index, first.index, second.index])
     order = np.argsort(low.edge_phase, kind="stable")
     return Arcs(circles, radius, distance, low[order], high[order], index[order], folds, remarks)
 
@@ -208,14 +208,14 @@ def _sampled(arcs: Arcs, points: Crossings) -> Crossings:
     return points
 
 
-def _plain(arcs: Arcs, one: Crossings, other: Crossings) -> Array:
+def _plain(arcs: Arcs, first: Crossings, second: Crossings) -> Array:
     """True for short steps on which the azimuth runs as the index says, or that hold one fold."""
-    step = step_between(one, other)
-    known = (one.index >= 0) & (other.index >= 0)
-    same = one.index == other.index
-    noise = _ERRORS * (one.error + other.error)
-    along = (_sense(arcs.circles, one.index) * step >= -noise) | ~same
-    return known & (np.abs(step) <= _LONGEST) & (np.abs(one.index - other.index) <= 1) & along
+    step = step_between(first, second)
+    known = (first.index >= 0) & (second.index >= 0)
+    same = first.index == second.index
+    noise = _ERRORS * (first.error + second.error)
+    along = (_sense(arcs.circles, first.index) * step >= -noise) | ~same
+    return known & (np.abs(step) <= _LONGEST) & (np.abs(first.index - second.index) <= 1) & along
 
 
 def _sense(circles: Circles, index: Int[Array, "*n"]) -> Int[Array, "*n"]:
@@ -223,25 +223,25 @@ def _sense(circles: Circles, index: Int[Array, "*n"]) -> Int[Array, "*n"]:
     return circles.side * (2 * ((index + circles.end.crossing - 1) % 2) - 1)
 
 
-def step_between(one: Crossings, other: Crossings) -> Float[Array, " points"]:
+def step_between(first: Crossings, second: Crossings) -> Float[Array, " points"]:
     """Steps in azimuth, without whole turns."""
-    return _away(other.azimuth, one.azimuth)
+    return _away(second.azimuth, first.azimuth)
 
 
-def _unresolved(arcs: Arcs, one: Crossings, other: Crossings) -> tuple[str, ...]:
-    wrong = int((~_plain(arcs, one, other)).sum())
+def _unresolved(arcs: Arcs, first: Crossings, second: Crossings) -> tuple[str, ...]:
+    wrong = int((~_plain(arcs, first, second)).sum())
     if wrong:
-        return (f"{wrong} of {len(one)} steps along the circle could not be resolved",)
-    turns = arcs.circles.side * step_between(one, other).sum() / _TURN
+        return (f"{wrong} of {len(first)} steps along the circle could not be resolved",)
+    turns = arcs.circles.side * step_between(first, second).sum() / _TURN
     return () if round(turns) == -1 else (f"the circle is seen {-turns:.3g} times round, not once",)
 
 
-def _folds(arcs: Arcs, one: Crossings, other: Crossings) -> Crossings:
+def _folds(arcs: Arcs, first: Crossings, second: Crossings) -> Crossings:
     """The points where the beams are flat, between others of different index."""
-    if not len(one):
-        return one
-    width = (other.edge_phase - one.edge_phase) % _TURN
-    return arcs.at(arcs.where(lambda points: points.flatness, one.edge_phase, width))
+    if not len(first):
+        return first
+    width = (second.edge_phase - first.edge_phase) % _TURN
+    return arcs.at(arcs.where(lambda points: points.flatness, first.edge_phase, width))
 
 
 def searched(domain: Ring, places: Float[Array, "sources 2"], max_index: int) -> ImageSearch:
@@ -254,14 +254,14 @@ def _one(domain: Ring, radius: float, phi: float, max_index: int) -> ImageSearch
     edge_phase, index = _seen(arcs, phi)
     kept = index <= max_index
     edge_phase, index = edge_phase[kept], index[kept]
-    found = arcs.at(edge_phase) if len(edge_phase) else arcs.low[:0]
+    places = arcs.at(edge_phase) if len(edge_phase) else arcs.low[:0]
     order = np.lexsort((edge_phase, index))
-    found, index = found[order], index[order]
-    miss = np.hypot(np.log(found.radius / radius), _away(found.azimuth, phi))
+    places, index = places[order], index[order]
+    miss = np.hypot(np.log(places.radius / radius), _away(places.azimuth, phi))
     counts = np.bincount(index, minlength=max_index + 1)[None]
-    error = radius * (found.error + miss) / np.where(found.minor == 0, 1, found.minor)
+    error = radius * (places.error + miss) / np.where(places.minor == 0, 1, places.minor)
     return ImageSearch(
-        images=SkyImages.arriving(np.zeros(len(index), int), index, found.sky, error),
+        images=SkyImages.arriving(np.zeros(len(index), int), index, places.sky, error),
         counts=counts,
         expected=counts,
         on_caustic=_touched(arcs, phi, max_index)[None],

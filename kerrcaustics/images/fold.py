@@ -56,9 +56,9 @@ def fold_guesses(derivatives: Spline, points: Points, star: Float[Array, "stars 
     for i in close:
         number = np.append(curve, len(points) + np.flatnonzero(winding.star == i))
         groups.append((np.array([i]), number[np.argsort(known.edge_phase[number], kind="stable")]))
-    found = [_fits(fold, which, number, star[which]) for which, number in groups]
+    fits = [_fits(fold, which, number, star[which]) for which, number in groups]
     parts = []
-    for places, around in zip((_roots, _touching), zip(*found, strict=True), strict=True):
+    for places, around in zip((_roots, _touching), zip(*fits, strict=True), strict=True):
         which, number, miss, step = (np.concatenate(values) for values in zip(*around, strict=True))
         edge_phase, row = places(known, number, miss)
         phases, depth, step = _unrolled(known, number)[row], known.depth[number[row]], step[row]
@@ -105,11 +105,11 @@ def _fits(
     crossed = (np.sign(miss) != np.sign(after)) & near & np.roll(near, -1, axis=1)
     back = (np.abs(miss) <= np.minimum(np.abs(before), np.abs(after))) & (np.sign(before) == np.sign(after))
     touched = back & near & (np.abs(miss) < _ERRORS * error)
-    found = []
+    fits = []
     for row, i in (np.nonzero(crossed), np.nonzero(touched)):
         around = (i[:, None] + np.arange(-1, 3)) % len(number)
-        found.append((which[row], number[around], miss[row[:, None], around], step[row[:, None], around]))
-    return found[0], found[1]
+        fits.append((which[row], number[around], miss[row[:, None], around], step[row[:, None], around]))
+    return fits[0], fits[1]
 
 
 def _roots(points: Points, number: Int[Array, "places 4"], miss: Float[Array, "places 4"]) -> _Places:

@@ -170,80 +170,82 @@ def star_images(
     surface, highest = end_of(camera, end), checked_index(max_index)
     place = surface.checked("star", star, camera, one=True)
     certificate = certificate_of(surface, camera, highest)
-    found, domain = certificate.searched(place[None]), certificate.domain
-    images = images_of(camera, surface, [(float(place[0]), float(place[1]))], found)[0]
-    return images if isinstance(domain, Ring) else _deepened(images, found, camera, domain.surface)
+    searched, domain = certificate.searched(place[None]), certificate.domain
+    images = images_of(camera, surface, [(float(place[0]), float(place[1]))], searched)[0]
+    return images if isinstance(domain, Ring) else _deepened(images, searched, camera, domain.surface)
 
 
-def images_of(camera: Viewer, surface: End, stars: list[tuple[float, float]], found: ImageSearch) -> list[StarImages]:
+def images_of(
+    camera: Viewer, surface: End, stars: list[tuple[float, float]], searched: ImageSearch
+) -> list[StarImages]:
     """The images that a search for some sources found, source by source, as the camera sees them."""
     lens_map = LensMap(camera, surface)
-    at = lens_map.seen(found.images.sky, found.images.second_arrival)
+    at = lens_map.seen(searched.images.sky, searched.images.second_arrival)
     of_images = {
         "sky": at.sky,
         "azimuth": at.azimuth,
-        "index": found.images.index,
-        "parity": 1 - 2 * (found.images.index % 2),
+        "index": searched.images.index,
+        "parity": 1 - 2 * (searched.images.index % 2),
         "magnification": at.magnification,
         "crossings": np.asarray(at.beams.crossings),
         "crossings_certain": np.asarray(at.beams.crossings_certain),
         "redshift": at.redshift,
-        "error": lens_map.errors(found.images.sky, found.images.error),
+        "error": lens_map.errors(searched.images.sky, searched.images.error),
         "time": at.time,
         "time_error": at.time_error,
-        "second_arrival": found.images.second_arrival,
+        "second_arrival": searched.images.second_arrival,
     }
     notes = direct_remarks(surface, camera)
     images = []
     for i, star in enumerate(stars):
-        these = np.flatnonzero(found.images.star == i)
+        own = np.flatnonzero(searched.images.star == i)
         images.append(
             StarImages(
                 camera=camera,
                 surface=surface,
                 star=star,
-                **{name: values[these] for name, values in of_images.items()},
-                per_index=dict(enumerate(found.counts[i].tolist())),
-                expected=dict(enumerate(found.expected[i].tolist())),
-                on_caustic=tuple((np.flatnonzero(found.on_caustic[i]) + 1).tolist()),
-                certified=bool(found.certified[i]),
-                certificate=found.certificate,
-                remarks=(*notes, *_ring_remarks(camera, surface, found.ring[i]), *_remarks(found, i)),
+                **{name: values[own] for name, values in of_images.items()},
+                per_index=dict(enumerate(searched.counts[i].tolist())),
+                expected=dict(enumerate(searched.expected[i].tolist())),
+                on_caustic=tuple((np.flatnonzero(searched.on_caustic[i]) + 1).tolist()),
+                certified=bool(searched.certified[i]),
+                certificate=searched.certificate,
+                remarks=(*notes, *_ring_remarks(camera, surface, searched.ring[i]), *_remarks(searched, i)),
             )
         )
     return images
 
 
-def _deepened(images: StarImages, found: ImageSearch, camera: Viewer, end: Spherical) -> StarImages:
-    """The same, with those that lie close to the shadow edge to round-off; found: where they were found.
+def _deepened(images: StarImages, searched: ImageSearch, camera: Viewer, end: Spherical) -> StarImages:
+    """The same, with those that lie close to the shadow edge to round-off; searched: where they were found.
 
     Refined images are traced anew, so that all that is said of them belongs to their place.
     """
     times = (images.time, images.time_error) if end.finite else (None, None)
-    which = np.flatnonzero(is_deep(found.images.index, found.images.error, *times))
+    which = np.flatnonzero(is_deep(searched.images.index, searched.images.error, *times))
     if len(which) == 0:
         return images
     star = np.tile(end.vectors(np.array([images.star])), (len(which), 1))
     deep = deepened(
         search_camera(camera),
-        found.images.sky[which],
-        found.images.error[which],
+        searched.images.sky[which],
+        searched.images.error[which],
         star,
         end,
-        found.images.second_arrival[which],
+        searched.images.second_arrival[which],
     )
-    these = which[deep.which]
+    deep_ones = which[deep.which]
 
     def with_deep(values: Array, better: Array | None) -> Array:
         values = values.copy()
-        values[these] = better
+        values[deep_ones] = better
         return values
 
-    sky, error = with_deep(found.images.sky, deep.sky), with_deep(found.images.error, deep.error)
-    there = replace(found, images=replace(found.images, sky=sky, error=error))
+    sky, error = with_deep(searched.images.sky, deep.sky), with_deep(searched.images.error, deep.error)
+    there = replace(searched, images=replace(searched.images, sky=sky, error=error))
     (refined,) = images_of(camera, end, [images.star], there)
     turn, phi = 2 * math.pi, images.star[1]
-    around = phi + turn * np.round((refined.azimuth[these] - phi) / turn)
+    around = phi + turn * np.round((refined.azimuth[deep_ones] - phi) / turn)
     refined = replace(refined, azimuth=with_deep(refined.azimuth, around))
     # N gives the time less accurately than the distance from the shadow edge does.
     time, late = search_sky(camera).viewer_time(deep.time, deep.time_error)
@@ -280,11 +282,11 @@ def _ring_remarks(camera: Viewer, surface: End, ring: Bool[Array, " orders"]) ->
     return tuple(ring_remark(camera, surface, curve) for curve in curves if ring[curve.order - 1])
 
 
-def _remarks(found: ImageSearch, star: int) -> tuple[str, ...]:
+def _remarks(searched: ImageSearch, star: int) -> tuple[str, ...]:
     """Remarks about one of the stars, but for rings."""
-    counts, expected, coarse = found.counts[star], found.expected[star], found.coarse
-    orders = (np.flatnonzero(found.on_caustic[star] & ~found.ring[star]) + 1).tolist()
-    remarks = list(found.remarks[star]) if found.remarks else []
+    counts, expected, coarse = searched.counts[star], searched.expected[star], searched.coarse
+    orders = (np.flatnonzero(searched.on_caustic[star] & ~searched.ring[star]) + 1).tolist()
+    remarks = list(searched.remarks[star]) if searched.remarks else []
     remarks += [
         f"the star cannot be distinguished from the caustic of order {order}: it may have two images more, or less; "
         "move it by more than its error"
@@ -297,6 +299,6 @@ def _remarks(found: ImageSearch, star: int) -> tuple[str, ...]:
             if coarse[k] > 0
             else "move the star or the camera a little and compare"
         )
-        for k in np.flatnonzero((counts != expected) & ~on_rings(found.ring[[star]])[0]).tolist()
+        for k in np.flatnonzero((counts != expected) & ~on_rings(searched.ring[[star]])[0]).tolist()
     ]
     return tuple(remarks)

@@ -45,8 +45,8 @@ def _one_theta(camera: Viewer, angles: Float[Array, "stars 2"], max_index: int, 
     """The images of stars with one theta, from those that are seen of the camera there."""
     phi = angles[:, 1]
     _, sheets = sheets_from(camera, float(angles[0, 0]), max_index, end)
-    found = search(sheets, from_angles(np.full(len(phi), camera.inclination), phi))
-    return _seen_from(camera, from_angles(angles[:, 0], phi), found, sheets, end)
+    searched = search(sheets, from_angles(np.full(len(phi), camera.inclination), phi))
+    return _seen_from(camera, from_angles(angles[:, 0], phi), searched, sheets, end)
 
 
 def sheets_from(camera: Viewer, theta: float, max_index: int, end: Sphere) -> tuple[Viewer, Sheets]:
@@ -60,24 +60,24 @@ def sheets_from(camera: Viewer, theta: float, max_index: int, end: Sphere) -> tu
 
 
 def _seen_from(
-    camera: Viewer, star: Float[Array, "stars 3"], found: ImageSearch, sheets: Sheets, end: Sphere
+    camera: Viewer, star: Float[Array, "stars 3"], searched: ImageSearch, sheets: Sheets, end: Sphere
 ) -> ImageSearch:
     """The images as the camera sees them, refined there."""
-    photon = photon_of(sheets.frame, tuple(found.images.sky.T))
+    photon = photon_of(sheets.frame, tuple(searched.images.sky.T))
     # Of photons that come in at the star the ways lead on inward, and out again.
     second_arrival = photon.rate[0] > 0
     parts = []
     for sign in (1.0, -1.0):
         sky = directions(camera, np.asarray(photon.b), np.asarray(photon.q), sign)
         for leaf in (False, True):
-            these = np.flatnonzero((second_arrival == leaf) & np.isfinite(sky).all(axis=1))
-            here, stars = replace(end, second_arrival=leaf), star[found.images.star[these]]
-            guesses = _turned(camera, stars, sky[these], sign, here) if camera.on_axis else sky[these]
-            images = _refined(camera, stars, found.images.index[these], guesses, here)
-            parts.append(images.of(found.images.star[these]))
+            on_leaf = np.flatnonzero((second_arrival == leaf) & np.isfinite(sky).all(axis=1))
+            here, stars = replace(end, second_arrival=leaf), star[searched.images.star[on_leaf]]
+            guesses = _turned(camera, stars, sky[on_leaf], sign, here) if camera.on_axis else sky[on_leaf]
+            images = _refined(camera, stars, searched.images.index[on_leaf], guesses, here)
+            parts.append(images.of(searched.images.star[on_leaf]))
     merged = reduce(SkyImages.merged, parts)
-    counts = merged.counts(found.expected.shape)
-    return ImageSearch(merged, counts, found.expected, found.on_caustic, found.ring, sheets.coarse)
+    counts = merged.counts(searched.expected.shape)
+    return ImageSearch(merged, counts, searched.expected, searched.on_caustic, searched.ring, sheets.coarse)
 
 
 def directions(camera: Viewer, b: Float[Array, " n"], q: Float[Array, " n"], sign: float) -> Float[Array, "n 3"]:

@@ -161,8 +161,8 @@ def _approached(sheets: Sheets, star: Float[Array, " 3"], index: int, count: int
     images = SkyImages.arriving(np.empty(0, int), np.empty(0, int), np.empty((0, 3)), np.empty(0))
     followed = 0
     for path in paths[:, (counts == count).all(axis=0)].swapaxes(0, 1):
-        found = _images(sheets, path[:1], sheets.starts(path[:1], NARROW))
-        sky, error = found.sky[found.index == index], np.empty(0)
+        approached = _images(sheets, path[:1], sheets.starts(path[:1], NARROW))
+        sky, error = approached.sky[approached.index == index], np.empty(0)
         for place in path[1:]:
             followed += len(sky)
             on_sheet = np.full(len(sky), index)
@@ -183,18 +183,18 @@ def _images(sheets: Sheets, star: Float[Array, "stars 3"], starts: Starts) -> Sk
 def _distinct(images: SkyImages) -> SkyImages:
     """Each image once, ordered by star, index and place."""
     images = images[np.lexsort((images.sky[:, 0], images.index, images.star))]
-    again = np.zeros(len(images), bool)
+    repeated = np.zeros(len(images), bool)
     ahead = 1
     while True:
-        one, other = images[:-ahead], images[ahead:]
-        same = (other.star == one.star) & (other.index == one.index)
+        first, second = images[:-ahead], images[ahead:]
+        same = (second.star == first.star) & (second.index == first.index)
         if not same.any():
             break
-        same &= other.second_arrival == one.second_arrival
-        size = np.maximum(_SAME, _SAME_ERRORS * (other.error + one.error))
-        again[ahead:] |= same & (lengths(other.sky - one.sky) < size)
+        same &= second.second_arrival == first.second_arrival
+        size = np.maximum(_SAME, _SAME_ERRORS * (second.error + first.error))
+        repeated[ahead:] |= same & (lengths(second.sky - first.sky) < size)
         ahead += 1
-    return images[~again]
+    return images[~repeated]
 
 
 def on_rings(ring: Bool[Array, "stars orders"]) -> Bool[Array, "stars orders"]:
@@ -220,7 +220,7 @@ def ring_remark(camera: Viewer, surface: End, curve: CriticalCurve, where: str =
     )
 
 
-def sharpened(searched: SearchSky, found: ImageSearch, star: Float[Array, "stars 3"], end: End) -> ImageSearch:
+def sharpened(searched: SearchSky, result: ImageSearch, star: Float[Array, "stars 3"], end: End) -> ImageSearch:
     """The images of stars that an observer at a finite radius finds, those of index 0 with smaller errors.
 
     A screen shows best what is next to the hole. What is seen directly lies at the radius of the observer from it,
@@ -229,15 +229,15 @@ def sharpened(searched: SearchSky, found: ImageSearch, star: Float[Array, "stars
     """
     plain, observer = searched.plain_camera, searched.search_camera
     if plain is None:
-        return found
-    images = found.images
+        return result
+    images = result.images
     direct = np.flatnonzero(images.index == 0)
     start = as_seen(images.sky[direct], observer.frame(), plain.frame())
     which, sky, error = find_roots(plain, star[images.star[direct]], images.index[direct], start, _PLAIN_STEPS, end=end)
-    these, sky = direct[which], as_seen(sky, plain.frame(), observer.frame())
+    sharp, sky = direct[which], as_seen(sky, plain.frame(), observer.frame())
     # A radian on the plain sky, on the engines' sphere.
     error = error / radians_of(plain.radius, sky, search_sky(observer).lengths(sky))
-    better = error < images.error[these]
+    better = error < images.error[sharp]
     skies, errors = images.sky.copy(), images.error.copy()
-    skies[these[better]], errors[these[better]] = sky[better], error[better]
-    return replace(found, images=replace(images, sky=skies, error=errors))
+    skies[sharp[better]], errors[sharp[better]] = sky[better], error[better]
+    return replace(result, images=replace(images, sky=skies, error=errors))

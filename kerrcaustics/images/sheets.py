@@ -247,13 +247,13 @@ class Sheets:
         self, star: Float[Array, "stars 3"], margin: float
     ) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
         """Pairs of a star and a cell that it may lie in, by a linear map."""
-        stars, found = scipy.spatial.cKDTree(star), []
+        stars, numbers = scipy.spatial.cKDTree(star), []
         for tree, cells, radius in self.circles:
             pairs = stars.sparse_distance_matrix(tree, (1 + margin) * radius, output_type="ndarray")
             which, cell = pairs["i"], cells[pairs["j"]]
             near = _linearly_inside(self.cells, cell, star, which, margin)
-            found.append(which[near] * len(self.cells.sheet) + cell[near])
-        return np.divmod(np.unique(np.concatenate(found)), len(self.cells.sheet))
+            numbers.append(which[near] * len(self.cells.sheet) + cell[near])
+        return np.divmod(np.unique(np.concatenate(numbers)), len(self.cells.sheet))
 
 
 @lru_cache(maxsize=4)
@@ -420,7 +420,7 @@ def _circles(corners: Float[Array, "cells 4 3"]) -> list[_Circles]:
     middle = centre[owner] + place[:, None] * axis[owner]
     size = np.floor(np.log(np.maximum(radius, 1e-12)) / np.log(_ALIKE))
     alike = [np.flatnonzero(size == one) for one in np.unique(size)]
-    return [(scipy.spatial.cKDTree(middle[these]), owner[these], radius[these].max()) for these in alike]
+    return [(scipy.spatial.cKDTree(middle[group]), owner[group], radius[group].max()) for group in alike]
 
 
 def _linear_inverse(corners: Float[Array, "cells 4 3"]) -> Float[Array, "cells 2 3"]:

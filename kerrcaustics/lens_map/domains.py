@@ -233,5 +233,5 @@ def _rim(camera: Viewer, radius: float, zoom: float) -> Spline | None:
     # Rays that leave horizontally, or pass far from the sphere.
     size = min(2 * camera.radius, _FAR * radius)
     beyond = 2 * math.atan(2 * frame.zoom * frame.radius / (zoom * size))
-    found = elementwise.find_root(potential, (np.zeros(_TABLE), reach - beyond), args=(edge_phase,))
-    return sky_lines.periodic(edge_phase, found.x)
+    root = elementwise.find_root(potential, (np.zeros(_TABLE), reach - beyond), args=(edge_phase,))
+    return sky_lines.periodic(edge_phase, root.x)

@@ -56,8 +56,8 @@ def expanded(
     place = np.broadcast_to([camera.spin, frame.radius, camera.inclination], (len(sky), 3))
     given = np.concatenate([place, sky], axis=-1)
     for leaf in np.unique(second_arrival).tolist():
-        these, end = second_arrival == leaf, surface.at_second_arrival() if leaf else surface
-        values[these], slopes[these] = _in_batches(given[these], motion_of(camera.velocity), end.bare(), density)
+        on_leaf, end = second_arrival == leaf, surface.at_second_arrival() if leaf else surface
+        values[on_leaf], slopes[on_leaf] = _in_batches(given[on_leaf], motion_of(camera.velocity), end.bare(), density)
     kept = [_OF_VIEWER.index(name) for name in camera.parameters]
     return Expansion(values, slopes[..., kept], slopes[..., 3:] @ camera.tangents(sky))
 
@@ -70,7 +70,7 @@ def _in_batches(
     for start in range(0, len(given), _BATCH):
         part = given[start : start + _BATCH]
         filled = np.concatenate([part, np.repeat(part[:1], _BATCH - len(part), axis=0)])
-        parts.append([found[: len(part)] for found in _batch(filled, motion, surface, density)])
+        parts.append([batch[: len(part)] for batch in _batch(filled, motion, surface, density)])
     values, slopes = (np.concatenate(column) for column in zip(*parts, strict=True))
     # The derivatives of what is lost are those of a constant.
     slopes[~np.isfinite(values).all(axis=1)] = np.nan
@@ -99,9 +99,11 @@ def with_errors(
     number = np.arange(len(sky))
     dense = [np.split(values, 3) for values in evaluated(np.concatenate(places), np.tile(number, 3), _DENSE)]
     sparse = evaluated(sky, number, _SPARSE)
-    values = tuple(one for one, *_ in dense)
+    values = tuple(first for first, *_ in dense)
     others = [[*more, less] for (_, *more), less in zip(dense, sparse, strict=True)]
-    errors = [sum(_relative(other - one, one) for other in more) for one, more in zip(values, others, strict=True)]
+    errors = [
+        sum(_relative(second - first, first) for second in more) for first, more in zip(values, others, strict=True)
+    ]
     return values, np.stack(errors, axis=-1)
 
 

@@ -150,11 +150,11 @@ def on_leaves(
 def _merged(first: Kind, second: Kind, second_arrival: Bool[Array, " n"]) -> Kind:
     """Rays of both arrivals in one order."""
 
-    def joined(one: object, other: object) -> object:
-        if not isinstance(one, np.ndarray) or not isinstance(other, np.ndarray):
-            return one
-        both = np.empty((len(second_arrival), *one.shape[1:]), one.dtype)
-        both[~second_arrival], both[second_arrival] = one, other
+    def joined(start: object, stop: object) -> object:
+        if not isinstance(start, np.ndarray) or not isinstance(stop, np.ndarray):
+            return start
+        both = np.empty((len(second_arrival), *start.shape[1:]), start.dtype)
+        both[~second_arrival], both[second_arrival] = start, stop
         return both
 
     return replace(first, **{f.name: joined(getattr(first, f.name), getattr(second, f.name)) for f in fields(first)})

@@ -47,7 +47,7 @@ def find_roots(
     stepped, n = chart_of(camera).stepped if charted else straight, len(star)
     sky, step = sky.copy(), np.zeros((n, 3))
     residual, error, part = np.full(n, np.inf), np.full(n, np.nan), np.ones(n)
-    found = np.zeros(n, bool)
+    converged = np.zeros(n, bool)
     active = np.arange(n)
     trial, taken = sky, np.zeros(n)
     for _ in range(most_steps):
@@ -72,7 +72,7 @@ def find_roots(
         part[better] = np.minimum(1, 4 * part[better])
         part[active[~allowed]] /= 4
         done = settled | (allowed & (distance <= _ERRORS * beams.error))
-        found[active[done | last]] = True
+        converged[active[done | last]] = True
         going = last | (~done & (part[active] > _SHORTEST_PART) & np.isfinite(residual[active]))
         # Where a beam is flat within rounding no step is known.
         going &= np.isfinite(step[active]).all(axis=1)
@@ -84,7 +84,7 @@ def find_roots(
         active, trial, taken = active[~last], trial[~last], taken[~last]
         if active.size == 0:
             break
-    which = np.flatnonzero(found)
+    which = np.flatnonzero(converged)
     return which, sky[which], error[which]
 
 

@@ -179,11 +179,11 @@ def shown_line_of_sight(viewer: Viewer, line_of_sight: Float[Array, "n 3"]) -> F
     return sky.shown(sky_from_line_of_sight(sky.search_camera.frame(), line_of_sight))
 
 
-def as_seen(sky: np.ndarray, one: Frame, other: Frame) -> np.ndarray:
+def as_seen(sky: np.ndarray, first: Frame, second: Frame) -> np.ndarray:
     """The directions N (..., 3) on the sky of one viewer, as the other one sees them: viewers at the same event."""
-    line_of_sight = line_of_sight_from_sky(one, sky)
+    line_of_sight = line_of_sight_from_sky(first, sky)
     return sky_from_line_of_sight(
-        other, line_of_sight if one.zoom == other.zoom else _zoomed_by(one.zoom / other.zoom, line_of_sight)
+        second, line_of_sight if first.zoom == second.zoom else _zoomed_by(first.zoom / second.zoom, line_of_sight)
     )
 
 

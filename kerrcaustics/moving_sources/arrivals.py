@@ -250,5 +250,5 @@ class Arrivals:
 
     def stepped(self, step: Float[Array, "n 2"]) -> Float[Array, "n 3"]:
         """The directions after steps along `tangent_basis(N)`."""
-        one, other = tangent_basis(self.sky)
-        return bent_step(self.source.chart, self.sky, step[:, :1] * one + step[:, 1:] * other)
+        first, second = tangent_basis(self.sky)
+        return bent_step(self.source.chart, self.sky, step[:, :1] * first + step[:, 1:] * second)

@@ -162,10 +162,12 @@ def _common_turns(curves: ImageCurves, times: Float[Array, " t"], parts: list[_P
         for _ in members:
             for i in members:
                 for j in members:
-                    one, other = chosen[i], chosen[j]
-                    linked = any(one in ends[b] and other in ends[b] for b in (*parts[i].branches, *parts[j].branches))
-                    if one is not None and other is not None and linked and away[other] < away[one]:
-                        chosen[i] = other
+                    first, second = chosen[i], chosen[j]
+                    linked = any(
+                        first in ends[b] and second in ends[b] for b in (*parts[i].branches, *parts[j].branches)
+                    )
+                    if first is not None and second is not None and linked and away[second] < away[first]:
+                        chosen[i] = second
     return chosen
 
 

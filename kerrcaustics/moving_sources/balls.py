@@ -84,9 +84,9 @@ class Passes(Rows):
     @property
     def spine(self) -> Float[Array, "n 3"]:
         """The direction of the spine."""
-        one, other = tangent_basis(self.sky)
+        first, second = tangent_basis(self.sky)
         slope = self.by_sky[:, 0] / lengths(self.by_sky[:, 0])[:, None]
-        return slope[:, 1:] * one - slope[:, :1] * other
+        return slope[:, 1:] * first - slope[:, :1] * second
 
     @property
     def steepest(self) -> Float[Array, " n"]:
@@ -117,8 +117,8 @@ def axes_at(rays: Arrivals) -> Float[Array, "n 2 3"]:
 
 def _moved(sky: Float[Array, "n 3"], step: Float[Array, "n 2"]) -> Float[Array, "n 3"]:
     """Directions after steps along `tangent_basis(N)`."""
-    one, other = tangent_basis(sky)
-    ahead = sky + step[:, :1] * one + step[:, 1:] * other
+    first, second = tangent_basis(sky)
+    ahead = sky + step[:, :1] * first + step[:, 1:] * second
     return ahead / lengths(ahead)[:, None]
 
 
@@ -137,8 +137,10 @@ def _form(rays: Arrivals) -> Float[Array, "n 3 3"]:
     return form + mixed + mixed.transpose(0, 2, 1) + slow
 
 
-def _product(one: Float[Array, "n 3"], form: Float[Array, "n 3 3"], other: Float[Array, "n 3"]) -> Float[Array, " n"]:
-    return np.einsum("ni,nij,nj->n", one, form, other)
+def _product(
+    first: Float[Array, "n 3"], form: Float[Array, "n 3 3"], second: Float[Array, "n 3"]
+) -> Float[Array, " n"]:
+    return np.einsum("ni,nij,nj->n", first, form, second)
 
 
 @dataclass(frozen=True)
@@ -156,10 +158,10 @@ class Ball:
         size, ratio = size_and_ratio(rays)
         r = rays.places.radius
         with np.errstate(invalid="ignore", divide="ignore"):
-            one = sights.axes[:, 0] / np.sqrt(_product(sights.axes[:, 0], form, sights.axes[:, 0]))[:, None]
-            other = sights.axes[:, 1] - _product(sights.axes[:, 1], form, one)[:, None] * one
-            other = other / np.sqrt(_product(other, form, other))[:, None]
-            across = np.stack([one, other], axis=1) @ form
+            first = sights.axes[:, 0] / np.sqrt(_product(sights.axes[:, 0], form, sights.axes[:, 0]))[:, None]
+            second = sights.axes[:, 1] - _product(sights.axes[:, 1], form, first)[:, None] * first
+            second = second / np.sqrt(_product(second, form, second))[:, None]
+            across = np.stack([first, second], axis=1) @ form
             return Passes(
                 sky=rays.sky,
                 time=rays.time,
@@ -369,9 +371,9 @@ class Ball:
 def _slices(spines: list[Passes]) -> tuple[Array, Array, Array, Array, Array, Array]:
     """Slices along spines: which spine, e, p and weight; and guesses of the place on the spine and its time."""
     ends = [(spine[:-1], spine[1:]) for spine in spines]
-    one, other = (ends[0][0][:0].joined(*[pair[i] for pair in ends]) for i in (0, 1))
+    first, second = (ends[0][0][:0].joined(*[pair[i] for pair in ends]) for i in (0, 1))
     which = np.repeat(np.arange(len(spines)), [len(spine) - 1 for spine in spines])
-    chord = other.sky - one.sky
+    chord = second.sky - first.sky
     size = lengths(chord)
     # One direction for a whole spine where it is straight enough, else one between neighbours.
     whole = np.array([spine.sky[-1] - spine.sky[0] for spine in spines])
@@ -379,7 +381,7 @@ def _slices(spines: list[Passes]) -> tuple[Array, Array, Array, Array, Array, Ar
     own = (chord * whole[which]).sum(axis=1) < _LEAST_COSINE * size
     curved = np.bincount(which, own, len(spines)) > 0
     ahead = np.where(curved[which, None], chord / size[:, None], whole[which])
-    low, high = (one.sky * ahead).sum(axis=1), (other.sky * ahead).sum(axis=1)
+    low, high = (first.sky * ahead).sum(axis=1), (second.sky * ahead).sum(axis=1)
     begins = np.concatenate([[True], which[1:] != which[:-1]])
     stops = np.concatenate([which[1:] != which[:-1], [True]])
     node = _NODES + 0.5
@@ -388,10 +390,10 @@ def _slices(spines: list[Passes]) -> tuple[Array, Array, Array, Array, Array, Ar
     weight = _WEIGHTS * np.where(begins[:, None], 2 * node, np.where(stops[:, None], 2 * (1 - node), 1.0))
     panel = np.repeat(np.arange(len(which)), len(node))
     x, weight = x.ravel(), weight.ravel() * (high - low)[panel]
-    sign = [np.sign((place.spine * chord).sum(axis=1))[:, None] * size[:, None] for place in (one, other)]
-    way = Cubics(one.sky, chord, one.spine * sign[0], other.spine * sign[1])
+    sign = [np.sign((place.spine * chord).sum(axis=1))[:, None] * size[:, None] for place in (first, second)]
+    way = Cubics(first.sky, chord, first.spine * sign[0], second.spine * sign[1])
     sky = way[panel].at(x)
-    time = one.time[panel] + x * (other.time - one.time)[panel]
+    time = first.time[panel] + x * (second.time - first.time)[panel]
     p = low[panel] + x * (high - low)[panel]
     return which[panel], ahead[panel], p, weight, sky / lengths(sky)[:, None], time
 

@@ -25,11 +25,11 @@ def bent_step(chart: Chart, sky: Float[Array, "n 3"], step: Float[Array, "n 3"])
     return np.where(bends[:, None], chart.from_polar(place + rate), ahead)
 
 
-def bent_way(chart: Chart, one: Float[Array, "n 3"], other: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
+def bent_way(chart: Chart, first: Float[Array, "n 3"], second: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
     """The tangent steps that lead from directions to others: the inverse of `bent_step`."""
-    start, step = _polar_way(chart, one, other)
-    straight = other - one * (one * other).sum(axis=1)[:, None]
-    return np.where(_both_near(start, step)[:, None], chart.drift(one, step), straight)
+    start, step = _polar_way(chart, first, second)
+    straight = second - first * (first * second).sum(axis=1)[:, None]
+    return np.where(_both_near(start, step)[:, None], chart.drift(first, step), straight)
 
 
 def carried(
@@ -47,20 +47,20 @@ def between(
     part: Float[Array, " n"],
 ) -> Float[Array, "n 3"]:
     """Directions on curves of third order between ends with given slopes, at parts 0 to 1 of the way."""
-    (one, other), (rise, fall) = ends, slopes
-    flat = Cubics(one, other - one, rise, fall).at(part)
+    (first, second), (rise, fall) = ends, slopes
+    flat = Cubics(first, second - first, rise, fall).at(part)
     flat = flat / lengths(flat)[:, None]
-    start, step = _polar_way(chart, one, other)
-    place = Cubics(start, step, chart.polar_rate(one, rise), chart.polar_rate(other, fall)).at(part)
+    start, step = _polar_way(chart, first, second)
+    place = Cubics(start, step, chart.polar_rate(first, rise), chart.polar_rate(second, fall)).at(part)
     bends = _both_near(start, step) & (place[:, 1] > 0)
     place[~bends] = start[~bends]
     return np.where(bends[:, None], chart.from_polar(place), flat)
 
 
-def _polar_way(chart: Chart, one: Float[Array, "n 3"], other: Float[Array, "n 3"]) -> tuple[Array, Array]:
+def _polar_way(chart: Chart, first: Float[Array, "n 3"], second: Float[Array, "n 3"]) -> tuple[Array, Array]:
     """(angle, part) of directions, and the steps in both to others, the short way round."""
-    start = chart.polar(one)
-    step = chart.polar(other) - start
+    start = chart.polar(first)
+    step = chart.polar(second) - start
     step[:, 0] = np.remainder(step[:, 0] + np.pi, 2 * np.pi) - np.pi
     return start, step
 

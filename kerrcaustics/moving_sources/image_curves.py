@@ -86,13 +86,13 @@ def searched(source: Source, times: Float[Array, " moments"], max_index: int) ->
     _, group = np.unique(keys, axis=0, return_inverse=True)
     moments: dict[int, SearchedMoment] = {}
     for number in in_steps("search", list(range(int(group.max()) + 1))):
-        these = np.flatnonzero(group == number)
-        sphere, rows = Sphere(float(places.radius[these[0]])), angles[these]
+        group_rows = np.flatnonzero(group == number)
+        sphere, rows = Sphere(float(places.radius[group_rows[0]])), angles[group_rows]
         rows[:, 0] = rows[0, 0]
-        found: ImageSearch = certificate_of(sphere, source.searched.viewer, max_index).searched(rows)
-        for k, i in enumerate(these.tolist()):
-            some = found.images[found.images.star == k]
-            moments[i] = SearchedMoment(float(times[i]), some, bool(found.certified[k]))
+        images: ImageSearch = certificate_of(sphere, source.searched.viewer, max_index).searched(rows)
+        for k, i in enumerate(group_rows.tolist()):
+            some = images.images[images.images.star == k]
+            moments[i] = SearchedMoment(float(times[i]), some, bool(images.certified[k]))
     return [moments[i] for i in range(len(times))]
 
 
@@ -193,14 +193,14 @@ def _pieces(source: Source, ways: list[_Link]) -> tuple[list[_BranchPart], list[
     ]
     turns: dict[tuple[int, int], Turn] = {}
     if folds:
-        one = ways[0].points[:0].joined(*[ways[w].points[i : i + 1] for w, i in folds])
-        other = ways[0].points[:0].joined(*[ways[w].points[i + 1 : i + 2] for w, i in folds])
-        found, error, sky_error = turning_points(source, one, other)
+        start = ways[0].points[:0].joined(*[ways[w].points[i : i + 1] for w, i in folds])
+        stop = ways[0].points[:0].joined(*[ways[w].points[i + 1 : i + 2] for w, i in folds])
+        turning, error, sky_error = turning_points(source, start, stop)
         for k, fold in enumerate(folds):
             # Before a fold at which images appear time falls.
-            creates = bool(one.along_time[k] < 0)
-            order = int(max(one.index[k], other.index[k]))
-            turns[fold] = Turn(found[k : k + 1], order, creates, float(error[k]), float(sky_error[k]))
+            creates = bool(start.along_time[k] < 0)
+            order = int(max(start.index[k], stop.index[k]))
+            turns[fold] = Turn(turning[k : k + 1], order, creates, float(error[k]), float(sky_error[k]))
     pieces: list[_BranchPart] = []
     for w, way in enumerate(ways):
         cuts = [i for v, i in folds if v == w]

@@ -62,15 +62,15 @@ def seen_images(source: Source, branches: list[Branch], times: list[Float[Array,
         # Beside the turning point of its ray an image may be there by the other arrival.
         rest = np.flatnonzero(~done)
         others = source.arrivals(sky[rest], emitted[rest], ~second[rest])
-        others, found = _found(source, others, wanted[rest], room[rest])
+        others, converged = _found(source, others, wanted[rest], room[rest])
         sky, emitted, second = rays.sky.copy(), rays.time.copy(), rays.second.copy()
         for mine, theirs in ((sky, others.sky), (emitted, others.time), (second, others.second)):
-            mine[rest[found]] = theirs[found]
-        rays, done[rest] = source.arrivals(sky, emitted, second), found
+            mine[rest[converged]] = theirs[converged]
+        rays, done[rest] = source.arrivals(sky, emitted, second), converged
     parts, first = [], 0
     for branch, time in zip(branches, times, strict=True):
-        these = np.arange(first, first + len(time))
-        parts.append(_shown(rays, these, branch, time, done[these]))
+        rows = np.arange(first, first + len(time))
+        parts.append(_shown(rays, rows, branch, time, done[rows]))
         first += len(time)
     return parts
 
@@ -80,17 +80,17 @@ def _on_curve(
 ) -> tuple[Float[Array, "n 3"], Float[Array, " n"], Bool[Array, " n"], Float[Array, " n"]]:
     """Directions, emission times and arrivals by cubics between points; and how far the points are apart, radians."""
     i = np.clip(np.searchsorted(points.arrival, time) - 1, 0, len(points) - 2)
-    one, other = points[i], points[i + 1]
-    way = lengths(bent_way(source.chart, one.sky, other.sky))
-    rise, fall = (_span(point, one, other, way) for point in (one, other))
-    slopes = one.along * rise[:, None], other.along * fall[:, None]
+    start, stop = points[i], points[i + 1]
+    way = lengths(bent_way(source.chart, start.sky, stop.sky))
+    rise, fall = (_span(point, start, stop, way) for point in (start, stop))
+    slopes = start.along * rise[:, None], stop.along * fall[:, None]
     begin, end, slow, fast = (
         np.stack(columns, axis=-1)
         for columns in (
-            (one.arrival, one.time),
-            (other.arrival, other.time),
-            (one.rate * one.along_time * rise, one.along_time * rise),
-            (other.rate * other.along_time * fall, other.along_time * fall),
+            (start.arrival, start.time),
+            (stop.arrival, stop.time),
+            (start.rate * start.along_time * rise, start.along_time * rise),
+            (stop.rate * stop.along_time * fall, stop.along_time * fall),
         )
     )
     times = Cubics(begin, end - begin, slow, fast)
@@ -100,15 +100,15 @@ def _on_curve(
         early = times.at(part)[:, 0] < time
         low, high = np.where(early, part, low), np.where(early, high, part)
     emitted = times.at(part)[:, 1]
-    sky = between(source.chart, (one.sky, other.sky), slopes, part)
-    second = np.where(part < 0.5, one.second, other.second)
+    sky = between(source.chart, (start.sky, stop.sky), slopes, part)
+    second = np.where(part < 0.5, start.second, stop.second)
     return sky, emitted, second, np.maximum(way, 1e-12)
 
 
-def _span(point: CurvePoints, one: CurvePoints, other: CurvePoints, way: Float[Array, " n"]) -> Float[Array, " n"]:
+def _span(point: CurvePoints, first: CurvePoints, second: CurvePoints, way: Float[Array, " n"]) -> Float[Array, " n"]:
     """The length of the way between neighbours in steps of the curve, at one of them."""
     return np.sqrt(
-        (way**2 + ((other.time - one.time) / point.moment * _per_radian(point)) ** 2)
+        (way**2 + ((second.time - first.time) / point.moment * _per_radian(point)) ** 2)
         / (lengths(point.along) ** 2 + (point.along_time / point.moment * _per_radian(point)) ** 2)
     )
 
@@ -159,30 +159,30 @@ def size_and_ratio(rays: Arrivals) -> tuple[Float[Array, " n"], Float[Array, " n
 
 
 def _shown(
-    rays: Arrivals, these: Array, branch: Branch, time: Float[Array, " n"], done: Bool[Array, " n"]
+    rays: Arrivals, rows: Array, branch: Branch, time: Float[Array, " n"], done: Bool[Array, " n"]
 ) -> SeenImages:
     """The values that are seen of an image, with the errors."""
-    searched, beams, sky = rays.source.searched, rays.beams, rays.sky[these]
-    plus, minus = beams.delta_plus[these], np.abs(beams.delta_minus[these])
-    size, ratio = (part[these] for part in size_and_ratio(rays))
-    root, off_root = (part[these] for part in rays.radial_root)
+    searched, beams, sky = rays.source.searched, rays.beams, rays.sky[rows]
+    plus, minus = beams.delta_plus[rows], np.abs(beams.delta_minus[rows])
+    size, ratio = (part[rows] for part in size_and_ratio(rays))
+    root, off_root = (part[rows] for part in rays.radial_root)
     with np.errstate(divide="ignore", invalid="ignore"):
         magnification = size**2 / (plus * minus)
         flux = ratio**4 * magnification / (4 * math.pi * root)
-        late, off = np.asarray(beams.time_error)[these], beams.error[these] + lengths(rays.miss[these])
-        lost = 2 * beams.jacobian_error[these] * plus / minus + off * plus / minus + off_root + 4 * _OF_RATIO
-        speed = lengths(rays.by_time[these])
+        late, off = np.asarray(beams.time_error)[rows], beams.error[rows] + lengths(rays.miss[rows])
+        lost = 2 * beams.jacobian_error[rows] * plus / minus + off * plus / minus + off_root + 4 * _OF_RATIO
+        speed = lengths(rays.by_time[rows])
         for turn in (branch.born, branch.dies):
             if turn is not None:
                 # The light goes by the root of the distance from the caustic, that is of the time from the event.
                 away = np.abs(time - turn.point.arrival[0])
-                lost = lost + (turn.error + late + off / np.maximum(speed, 1e-300) * rays.rate[these]) / (2 * away)
+                lost = lost + (turn.error + late + off / np.maximum(speed, 1e-300) * rays.rate[rows]) / (2 * away)
         error = np.minimum(np.where(done, lost, 1.0), 1.0) * flux
     return SeenImages(
         sky=sky,
-        second=rays.second[these],
-        emitted=rays.time[these],
-        emitted_error=late / rays.rate[these] + np.abs(time - rays.arrival[these]),
+        second=rays.second[rows],
+        emitted=rays.time[rows],
+        emitted_error=late / rays.rate[rows] + np.abs(time - rays.arrival[rows]),
         redshift=ratio,
         flux=flux,
         error=error,

@@ -68,8 +68,8 @@ class CurvePoints(Rows):
         across = np.cross(rows[:, 0], rows[:, 1])
         across /= lengths(across)[:, None]
         flat = np.linalg.solve(metric, across[:, :2, None])[:, :, 0]
-        one, other = tangent_basis(rays.sky)
-        along, along_time = flat[:, :1] * one + flat[:, 1:] * other, moment * across[:, 2]
+        first, second = tangent_basis(rays.sky)
+        along, along_time = flat[:, :1] * first + flat[:, 1:] * second, moment * across[:, 2]
         if isinstance(toward, CurvePoints):
             before = toward.seen_from(rays.source.chart, rays.sky, metric, moment)
             same = (before * across).sum(axis=1)
@@ -113,8 +113,8 @@ def _measured(
     step_time: Float[Array, " n"],
 ) -> Float[Array, "n 3"]:
     """Steps from directions and times, in the units of a metric there."""
-    one, other = tangent_basis(sky)
-    flat = np.stack([(step * one).sum(axis=1), (step * other).sum(axis=1)], axis=-1)
+    first, second = tangent_basis(sky)
+    flat = np.stack([(step * first).sum(axis=1), (step * second).sum(axis=1)], axis=-1)
     return np.concatenate([(metric @ flat[:, :, None])[:, :, 0], (step_time / moment)[:, None]], axis=1)
 
 
@@ -223,25 +223,27 @@ def _correction(
 
 
 def turning_points(
-    source: Source, one: CurvePoints, other: CurvePoints
+    source: Source, first: CurvePoints, second: CurvePoints
 ) -> tuple[CurvePoints, Float[Array, " n"], Float[Array, " n"]]:
     """The folds between neighbours on a curve: points, errors of their emission times, errors of their directions.
 
     There the time turns back, so that an error of the direction along the curve changes it in the second order.
     """
     chart = source.chart
-    way = bent_way(chart, one.sky, other.sky)
-    span = lengths(_measured(one.metric, one.moment, one.sky, way, other.time - one.time))
-    same = one.seen_from(chart, one.sky, one.metric, one.moment) * other.seen_from(
-        chart, one.sky, one.metric, one.moment
+    way = bent_way(chart, first.sky, second.sky)
+    span = lengths(_measured(first.metric, first.moment, first.sky, way, second.time - first.time))
+    same = first.seen_from(chart, first.sky, first.metric, first.moment) * second.seen_from(
+        chart, first.sky, first.metric, first.moment
     )
-    base, left = one, span.copy()
-    value, far = _lean(one), _lean(other) * np.sign(same.sum(axis=1))
-    best = one
+    base, left = first, span.copy()
+    value, far = _lean(first), _lean(second) * np.sign(same.sum(axis=1))
+    best = first
     for _ in range(_BISECTIONS):
         with np.errstate(divide="ignore", invalid="ignore"):
             part = np.clip(np.nan_to_num(value / (value - far), nan=0.5), 0.02, 0.98)
-        trial, good = _stepped(source, base, part * left, np.zeros(len(one), bool), base.second, np.full(len(one), 1e3))
+        trial, good = _stepped(
+            source, base, part * left, np.zeros(len(first), bool), base.second, np.full(len(first), 1e3)
+        )
         lean = _lean(trial)
         before = good & (lean * value > 0)
         after = good & ~before
@@ -257,7 +259,7 @@ def turning_points(
             break
     rays = source.arrivals(best.sky, best.time, best.second)
     with np.errstate(divide="ignore", invalid="ignore"):
-        bend = np.abs(_lean(other) - _lean(one)) / span
+        bend = np.abs(_lean(second) - _lean(first)) / span
         off = (rays.beams.jacobian_error + rays.beams.error + np.abs(_lean(best))) / bend
         late = rays.beams.error / lengths(rays.by_time) + off**2 * bend * best.moment
     return best, late, off * lengths(best.along)

@@ -113,14 +113,14 @@ class _Leg:
         order = np.sign(self.states[-1, 8] - self.states[0, 8])
         step = np.searchsorted(order * self.states[1:-1, 8], order * time) if len(self.between) else np.zeros(0, int)
         for i in np.unique(step):
-            these = np.flatnonzero(step == i)
+            in_step = np.flatnonzero(step == i)
             before, after = self.states[i], self.states[i + 1]
-            mino = ends[i, 0] + (time[these] - before[8]) * (ends[i, 1] - ends[i, 0]) / (after[8] - before[8])
+            mino = ends[i, 0] + (time[in_step] - before[8]) * (ends[i, 1] - ends[i, 0]) / (after[8] - before[8])
             for _ in range(_INVERSIONS):
                 there = self.between[i](mino)
                 t_rate, _ = self.constants.rates(there[0], there[2] ** 2 + there[3] ** 2)
-                mino = np.clip(mino + (time[these] - there[8]) / t_rate, *sorted(ends[i]))
-            state[:, these] = self.between[i](mino)
+                mino = np.clip(mino + (time[in_step] - there[8]) / t_rate, *sorted(ends[i]))
+            state[:, in_step] = self.between[i](mino)
         return state
 
     def _within(self, step: int, time: float) -> Float[Array, "10"]:
@@ -256,7 +256,7 @@ def _integrated(constants: FallConstants, state: Float[Array, "10"], end: float)
     states = solution.y.T
     # The end itself, unless the hole comes first.
     ends = float(state[8]), end if solution.t_events[1].size else float(states[-1, 8])
-    advances = [_advance(constants, one, other) for one, other in pairwise(states)]
+    advances = [_advance(constants, first, second) for first, second in pairwise(states)]
     azimuth = _azimuth(state) + np.cumsum([0.0, *advances])
     return _Leg(constants, (min(ends), max(ends)), states, azimuth, tuple(solution.sol.interpolants))
 

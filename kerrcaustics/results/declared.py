@@ -222,25 +222,25 @@ def _is_result(hint: Any) -> bool:
     return isinstance(hint, type) and any(issubclass(kind, hint) for kind in LAYOUTS)
 
 
-def same(one: Any, other: Any) -> bool:
+def same(first: Any, second: Any) -> bool:
     """True if two results, or parts of them, are of one type and every number is the same; NaN is equal to NaN.
 
     Run times are not compared: they differ each time.
     """
-    one, other = (value.item() if isinstance(value, np.generic) else value for value in (one, other))
-    if type(one) is not type(other):
+    first, second = (value.item() if isinstance(value, np.generic) else value for value in (first, second))
+    if type(first) is not type(second):
         return False
-    if type(one) in LAYOUTS and type(one).__eq__ is same:
-        compared = (name for name, about in stored(type(one)).items() if about.unit != RUN_TIME)
-        return all(same(getattr(one, name), getattr(other, name)) for name in compared)
-    if isinstance(one, np.ndarray):
-        exact = one.dtype == other.dtype and one.shape == other.shape
-        return exact and np.array_equal(one, other, equal_nan=one.dtype.kind in "fc")
-    if isinstance(one, dict):
-        return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
-    if isinstance(one, list | tuple):
-        return len(one) == len(other) and all(map(same, one, other))
-    return bool(one == other or (one != one and other != other))
+    if type(first) in LAYOUTS and type(first).__eq__ is same:
+        compared = (name for name, about in stored(type(first)).items() if about.unit != RUN_TIME)
+        return all(same(getattr(first, name), getattr(second, name)) for name in compared)
+    if isinstance(first, np.ndarray):
+        exact = first.dtype == second.dtype and first.shape == second.shape
+        return exact and np.array_equal(first, second, equal_nan=first.dtype.kind in "fc")
+    if isinstance(first, dict):
+        return first.keys() == second.keys() and all(same(first[key], second[key]) for key in first)
+    if isinstance(first, list | tuple):
+        return len(first) == len(second) and all(map(same, first, second))
+    return bool(first == second or (first != first and second != second))
 
 
 def _documented(kind: type) -> str:

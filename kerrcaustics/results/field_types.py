@@ -33,8 +33,8 @@ def check_anew(made: Any) -> None:
     parameters = inspect.signature(type(made)).parameters
     anew = type(made)(**{name: getattr(made, name) for name in stored(type(made)) if name in parameters})
     for name in stored(type(made)):
-        one, other = getattr(made, name), getattr(anew, name)
-        if type(one) is not type(other) or not _close(one, other):
+        first, second = getattr(made, name), getattr(anew, name)
+        if type(first) is not type(second) or not _close(first, second):
             raise ValueError(f"{type(made).__name__}.{name} cannot be")
 
 
@@ -83,7 +83,7 @@ def _lengths(value: Any, dims: tuple[str, ...]) -> Iterator[tuple[str, Any]]:
         yield from zip(rest, value.shape[ahead:], strict=True)
 
 
-def _close(one: Any, other: Any) -> bool:
-    if isinstance(one, np.ndarray):
-        return one.shape == other.shape and bool(np.all(np.abs(one - other) <= _ROUND_OFF))
-    return one == other
+def _close(first: Any, second: Any) -> bool:
+    if isinstance(first, np.ndarray):
+        return first.shape == second.shape and bool(np.all(np.abs(first - second) <= _ROUND_OFF))
+    return first == second

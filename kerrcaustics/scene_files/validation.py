@@ -98,8 +98,8 @@ def _check_viewer(contents: Contents) -> None:
         reject("camera.path.kind", f"be {either(paths)} {where}", "'geodesic'")
 
 
-def _check_either(entry: str, table: Any, one: str, other: str) -> None:
+def _check_either(entry: str, table: Any, first: str, second: str) -> None:
     """Raise ValueError unless a table has one of two keys."""
-    absent = [getattr(table, key) is None for key in (one, other)]
+    absent = [getattr(table, key) is None for key in (first, second)]
     if absent[0] == absent[1]:
-        reject(entry, f"have either {one} or {other}", "neither" if absent[0] else "both")
+        reject(entry, f"have either {first} or {second}", "neither" if absent[0] else "both")

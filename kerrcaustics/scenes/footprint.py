@@ -130,13 +130,13 @@ def _length(x: Float[Array, "*shape"], y: Float[Array, "*shape"]) -> Float[Array
 
 
 def major_axis(
-    one: Float[Array, "*batch 3"], other: Float[Array, "*batch 3"]
+    first: Float[Array, "*batch 3"], second: Float[Array, "*batch 3"]
 ) -> tuple[Float[Array, "*batch"], Float[Array, "*batch 3"]]:
     """Length (...,) of the major axis of the ellipse that steps (..., 3) along x and y span, and its unit vector."""
-    a, b, c = np.vecdot(one, one), np.vecdot(one, other), np.vecdot(other, other)
+    a, b, c = np.vecdot(first, first), np.vecdot(first, second), np.vecdot(second, second)
     length = np.sqrt((a + c + _length(a - c, 2 * b)) / 2)
     turn = np.arctan2(2 * b, a - c) / 2
-    return length, (one * np.cos(turn)[..., None] + other * np.sin(turn)[..., None]) / length[..., None]
+    return length, (first * np.cos(turn)[..., None] + second * np.sin(turn)[..., None]) / length[..., None]
 
 
 def pixel_matrix(

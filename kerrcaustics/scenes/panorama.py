@@ -347,7 +347,7 @@ def _looked_up(
     start, below = i * (columns + 2) + j, columns + 2
     light = np.empty((len(padded), len(start)), np.float32)
     for k, channel in enumerate(padded.reshape(len(padded), -1)):
-        one, other, third, last = (channel[step:].take(start) for step in (0, 1, below, below + 1))
-        upper, lower = one + u * (other - one), third + u * (last - third)
+        first, second, third, last = (channel[step:].take(start) for step in (0, 1, below, below + 1))
+        upper, lower = first + u * (second - first), third + u * (last - third)
         light[k] = upper + v * (lower - upper)
     return light

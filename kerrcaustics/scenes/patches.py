@@ -76,8 +76,8 @@ def doubt(data: Float[Array, "cells 12 parts"]) -> Float[Array, "cells parts"]:
 
     All three are off by the fourth power of the size, and by another multiple of it each.
     """
-    one, other = doubts(data)
-    return np.maximum(np.maximum(one, other), 0) - np.minimum(np.minimum(one, other), 0)
+    first, second = doubts(data)
+    return np.maximum(np.maximum(first, second), 0) - np.minimum(np.minimum(first, second), 0)
 
 
 def doubts(data: Float[Array, "cells 12 parts"]) -> tuple[Float[Array, "cells parts"], Float[Array, "cells parts"]]:
@@ -85,8 +85,8 @@ def doubts(data: Float[Array, "cells 12 parts"]) -> tuple[Float[Array, "cells pa
     value, x, y = data[:, :4], data[:, 4:8], data[:, 8:]
     middle = np.tensordot(data, weights(0.5, 0.5, 0.0, 1).value[:, 0], ((1,), (0,)))
 
-    def by(one: int, other: int, sign: int) -> Array:
-        change = sign * (x[:, one] - x[:, other]) + y[:, one] - y[:, other]
-        return (value[:, one] + value[:, other]) / 2 + change / 8 - middle
+    def by(first: int, second: int, sign: int) -> Array:
+        change = sign * (x[:, first] - x[:, second]) + y[:, first] - y[:, second]
+        return (value[:, first] + value[:, second]) / 2 + change / 8 - middle
 
     return by(0, 3, 1), by(1, 2, -1)

@@ -187,9 +187,9 @@ def _nearest(data: Float[Array, "cells 12 3"], cell: Int[Array, " n"], target: F
 def _near(data: Float[Array, "cells 12 3"], cell: Int[Array, " n"], target: Float[Array, "n 3"]) -> Starts:
     """Start searches at all places of the grid whose part of the cell may hold the target, by the slopes there."""
     where = weights_at(*_GRID.T)
-    value, one, other = (_at_starts(data, rows) for rows in (where.value, where.along_x, where.along_y))
-    length, along = major_axis(one, other)
-    minor = np.linalg.norm(np.cross(one, other), axis=-1) / length
+    value, first, second = (_at_starts(data, rows) for rows in (where.value, where.along_x, where.along_y))
+    length, along = major_axis(first, second)
+    minor = np.linalg.norm(np.cross(first, second), axis=-1) / length
     slopes = data[:, 4:].reshape(len(data), 2, 4, 3)
     bending = np.sqrt(((slopes - slopes.mean(axis=2, keepdims=True)) ** 2).sum(axis=(1, 2, 3)))
     width = _PART * (minor + _PART * bending[:, None])
@@ -256,9 +256,9 @@ def steps_to(
     columns: Float[Array, "n 2 3"], miss: Float[Array, "n 3"], floor: Float[Array, " n"] | None = None
 ) -> Float[Array, "n 2"]:
     """Steps (n, 2) with columns @ step = miss, least squares; floor: of the determinant, where they are parallel."""
-    one, other = columns[:, 0], columns[:, 1]
-    a, b, c = np.vecdot(one, one), np.vecdot(one, other), np.vecdot(other, other)
-    p, q = np.vecdot(one, miss), np.vecdot(other, miss)
+    first, second = columns[:, 0], columns[:, 1]
+    a, b, c = np.vecdot(first, first), np.vecdot(first, second), np.vecdot(second, second)
+    p, q = np.vecdot(first, miss), np.vecdot(second, miss)
     det = np.maximum(a * c - b * b, 1e-12 * (a + c) ** 2 if floor is None else floor)
     return np.stack([c * p - b * q, a * q - b * p], axis=-1) / det[:, None]
 
@@ -267,11 +267,11 @@ def _imaged(cells: SkyCells, cell: Int[Array, " m"], star: Array, at: Float[Arra
     size = cells.size[cell, None]
     place = np.stack([cells.x[cell], cells.y[cell]], axis=-1) + at * size - 0.5
     steps = columns / size[..., None]
-    one, other = steps[:, 0], steps[:, 1]
-    area = np.cross(one, other)
+    first, second = steps[:, 0], steps[:, 1]
+    area = np.cross(first, second)
     size_of = np.sqrt((area**2).sum(axis=-1))
     # The direction in which the pixel is thin, and how fast it opens away from the critical curve.
-    major, along = major_axis(one, other)
+    major, along = major_axis(first, second)
     middle = area / np.maximum(size_of, 1e-300)[:, None]
     least = _NEAREST * math.sqrt(8) * bend(cells.curving[cell], np.cross(middle, along))
     rate = np.zeros((len(cell), 3, 3))

@@ -18,11 +18,11 @@ def joined(parts: Sequence[Cells]) -> Cells:
     return type(parts[0])(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
 
-def merged(one: CornerSet, other: CornerSet) -> CornerSet:
+def merged(first: CornerSet, second: CornerSet) -> CornerSet:
     """Two sets of corners as one: named tuples of arrays, the first of which is the key, sorted."""
-    both = joined([one, other])
+    both = joined([first, second])
     order = np.argsort(both[0])
-    return type(one)(*(part[order] for part in both))
+    return type(first)(*(part[order] for part in both))
 
 
 def find(keys: Int[Array, " n"], key: Int[Array, "*shape"]) -> tuple[Int[Array, "*shape"], Bool[Array, "*shape"]]:

@@ -87,9 +87,9 @@ class CellScale:
 
 def _least_minor(data: Float[Array, "n 12 3"]) -> Float[Array, " n"]:
     """The smallest minor axis (n,) at the corners, for the whole cell; 0 where a critical curve passes between."""
-    one, other = data[:, 4:8], data[:, 8:]
-    area = np.vecdot(np.cross(one, other), data[:, :4])
-    minor = area / major_axis(one, other)[0]
+    first, second = data[:, 4:8], data[:, 8:]
+    area = np.vecdot(np.cross(first, second), data[:, :4])
+    minor = area / major_axis(first, second)[0]
     return np.where(minor.min(axis=1) * minor.max(axis=1) > 0, np.abs(minor).min(axis=1), 0.0)
 
 

@@ -213,7 +213,7 @@ class StarSearch:
         """Places in the uncovered pixels: their middles, and their corners."""
         middle = np.nonzero(self._uncovered)
         corner = np.nonzero(binary_dilation(np.pad(self._uncovered, (0, 1)), np.ones((2, 2)), origin=(-1, -1)))
-        y, x = (np.concatenate([one - 1, other - 1.5]) for one, other in zip(middle, corner, strict=True))
+        y, x = (np.concatenate([first - 1, second - 1.5]) for first, second in zip(middle, corner, strict=True))
         return x, y
 
     def _is_uncovered(self, place: Float[Array, "n 2"]) -> Bool[Array, " n"]:
@@ -338,9 +338,9 @@ def _subdivisions(parts: Int[Array, "cells 2"]) -> tuple[Int[Array, " n"], Int[A
     return cell, np.stack(np.divmod(number, parts[cell, 1]), axis=-1)
 
 
-def _handed(one: Float[Array, "n 3"], other: Float[Array, "n 3"], way: Float[Array, "n 3"]) -> Float[Array, " n"]:
+def _handed(first: Float[Array, "n 3"], second: Float[Array, "n 3"], way: Float[Array, "n 3"]) -> Float[Array, " n"]:
     """Positive where two steps beside a direction turn counter-clockwise, as seen from ahead."""
-    return np.asarray(np.vecdot(np.cross(one, other), way))
+    return np.asarray(np.vecdot(np.cross(first, second), way))
 
 
 def _extent_in_pixels(plane: EdgeChart | CapChart, cells: SkyCells, pixel: float) -> Float[Array, " n"]:

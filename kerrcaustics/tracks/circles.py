@@ -166,15 +166,15 @@ def circle_images(
     angles = _checked_normal(normal, camera)
     sheets = checked_sheets(camera, max_index, surface)
     branches = Branches(sheets, camera, Circle.great(*angles))
-    found = branches.events
-    events = pair_events_of(camera, surface, found)
+    meetings = branches.events
+    events = pair_events_of(camera, surface, meetings)
     lens_map = LensMap(camera, surface)
     at = lens_map.seen(branches.nodes.sky)
-    error = lens_map.errors(branches.nodes.sky, errors_on_sky(branches, at, found.error))
+    error = lens_map.errors(branches.nodes.sky, errors_on_sky(branches, at, meetings.error))
     curves = [_curve(lens_map, chain, branches, at, error) for chain in chains(branches, over_events=False)]
     curves.sort(key=lambda curve: (curve.index, curve.longitude[0]))
-    unsure = (remark for i in np.flatnonzero(~found.known) for remark in events[i].remarks)
-    remarks = (*found.remarks, *branches.remarks, *unsure)
+    unsure = (remark for i in np.flatnonzero(~meetings.known) for remark in events[i].remarks)
+    remarks = (*meetings.remarks, *branches.remarks, *unsure)
     return CircleImages(
         camera=camera,
         surface=surface,

@@ -144,11 +144,11 @@ def pair_events(
 def _events_on(domain: Domain, camera: Viewer, surface: End, level: float, max_index: int) -> PairEvents:
     """Events of a source that circles on a sphere."""
     angular_velocity = camera.orbital_velocity()
-    found = path_events(checked_sheets(camera, max_index, surface), Circle.on(surface, level))
-    events = pair_events_of(camera, surface, found, level, angular_velocity)
-    chosen = [(event, known) for event, known in zip(events, found.known, strict=True) if event.order <= max_index]
-    sure = not found.remarks and all(known for _, known in chosen)
-    return PairEvents(in_time(event for event, _ in chosen), camera, surface, sure, found.remarks)
+    on_path = path_events(checked_sheets(camera, max_index, surface), Circle.on(surface, level))
+    events = pair_events_of(camera, surface, on_path, level, angular_velocity)
+    chosen = [(event, known) for event, known in zip(events, on_path.known, strict=True) if event.order <= max_index]
+    sure = not on_path.remarks and all(known for _, known in chosen)
+    return PairEvents(in_time(event for event, _ in chosen), camera, surface, sure, on_path.remarks)
 
 
 @_events_on.register
@@ -212,44 +212,44 @@ def _arc_errors(
 
 
 def pair_events_of(
-    camera: Viewer, surface: End, found: PathEvents, level: float | None = None, angular_velocity: float = 0.0
+    camera: Viewer, surface: End, events: PathEvents, level: float | None = None, angular_velocity: float = 0.0
 ) -> list[PairEvent]:
     """Events of a path as results; level and angular velocity: of a star, and of its camera's orbit."""
     lens_map = LensMap(camera, surface)
-    sky = sky_from_line_of_sight(lens_map.sky.search_camera.frame(), found.points.line_of_sight)
-    light = lens_map.seen(sky, found.second_arrival)
-    return [_event(surface, found, i, light, level, angular_velocity) for i in range(len(found.order))]
+    sky = sky_from_line_of_sight(lens_map.sky.search_camera.frame(), events.points.line_of_sight)
+    light = lens_map.seen(sky, events.second_arrival)
+    return [_event(surface, events, i, light, level, angular_velocity) for i in range(len(events.order))]
 
 
 def _event(
-    surface: End, found: PathEvents, i: int, light: SeenLight, level: float | None, angular_velocity: float
+    surface: End, events: PathEvents, i: int, light: SeenLight, level: float | None, angular_velocity: float
 ) -> PairEvent:
     """The event of one entry."""
-    order = int(found.order[i])
-    theta, azimuth = (float(angle[i]) for angle in surface.angles(found.points.direction, found.points.azimuth))
+    order = int(events.order[i])
+    theta, azimuth = (float(angle[i]) for angle in surface.angles(events.points.direction, events.points.azimuth))
     # The star's azimuth falls while the camera runs ahead.
     sense, moment = 1.0, math.nan
     if angular_velocity:
         sense, moment = -angular_velocity, -azimuth / angular_velocity % (_TURN / abs(angular_velocity))
     remarks = []
-    if found.at_cusp[i]:
+    if events.at_cusp[i]:
         remarks.append("the star passes through a cusp: the pair meets a third image there")
-    if not found.known[i]:
+    if not events.known[i]:
         remarks.append("the image counts on both sides do not differ by this pair: its kind is uncertain")
     return PairEvent(
         surface=surface,
-        kind=event_kind(found.side[i] * sense),
+        kind=event_kind(events.side[i] * sense),
         star=(theta if level is None else level, azimuth % _TURN),
         sky=light.sky[i],
         order=order,
         indices=(order - 1, order),
         azimuth=azimuth,
-        longitude=float(found.longitude[i]),
+        longitude=float(events.longitude[i]),
         moment=moment,
         time=float(light.time[i]),
         time_error=float(light.time_error[i]),
-        error=float(found.error[i]),
-        second_arrival=bool(found.second_arrival[i]),
-        at_cusp=bool(found.at_cusp[i]),
+        error=float(events.error[i]),
+        second_arrival=bool(events.second_arrival[i]),
+        at_cusp=bool(events.at_cusp[i]),
         remarks=tuple(remarks),
     )

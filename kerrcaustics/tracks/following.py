@@ -226,11 +226,11 @@ def _roots(
     roots: list[tuple[int, Array, float]] = []
     surface = now.images.surface
     for leaf in np.unique(second_arrival).tolist():
-        these = np.flatnonzero(second_arrival == leaf)
-        star = np.tile(now.star, (len(these), 1))
+        on_leaf = np.flatnonzero(second_arrival == leaf)
+        star = np.tile(now.star, (len(on_leaf), 1))
         end = surface.at_second_arrival() if leaf else surface
-        which, sky, error = find_roots(now.domain.camera, star, index[these], guess[these], _FEW_STEPS, end=end)
-        roots += zip(these[which].tolist(), sky, error.tolist(), strict=True)
+        which, sky, error = find_roots(now.domain.camera, star, index[on_leaf], guess[on_leaf], _FEW_STEPS, end=end)
+        roots += zip(on_leaf[which].tolist(), sky, error.tolist(), strict=True)
     return roots
 
 

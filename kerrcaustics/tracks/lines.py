@@ -278,7 +278,7 @@ def _polished(
         return circle.height(_beams(sheets, path.sky(place)).direction)
 
     low, high = nodes[roots], nodes[roots + 1]
-    found = elementwise.find_root(height, (low.place, high.place))
+    root = elementwise.find_root(height, (low.place, high.place))
     # Where the line ends on a curve, an interval may hold no change of sign.
     end = np.where(np.abs(low.height) < np.abs(high.height), low.place, high.place)
-    return np.where(found.success, found.x, end)
+    return np.where(root.success, root.x, end)

@@ -77,12 +77,12 @@ def seen_from(camera: Viewer, theta: float, branches: Branches, own: PathEvents,
     which = np.where(at_event, partners[nodes.event] if len(partners) else -1, -1)
     error, lost = np.full(len(sky), np.nan), 0
     for leaf in (False, True):
-        these = np.flatnonzero((second_arrival == leaf) & ~at_event)
-        found, there, off = find_roots(
-            rest, place[these], nodes.index[these], sky[these], _FEW_STEPS, end=replace(end, second_arrival=leaf)
+        on_leaf = np.flatnonzero((second_arrival == leaf) & ~at_event)
+        converged, there, off = find_roots(
+            rest, place[on_leaf], nodes.index[on_leaf], sky[on_leaf], _FEW_STEPS, end=replace(end, second_arrival=leaf)
         )
-        sky[these[found]], error[these[found]] = there, off
-        lost += len(these) - len(found)
+        sky[on_leaf[converged]], error[on_leaf[converged]] = there, off
+        lost += len(on_leaf) - len(converged)
     events = which[at_event]
     sky[at_event] = sky_from_line_of_sight(rest.frame(), own.points.line_of_sight[events])
     lens_map = LensMap(camera, end)
@@ -96,14 +96,14 @@ def seen_from(camera: Viewer, theta: float, branches: Branches, own: PathEvents,
 
 def _partners(branches: Branches, own: PathEvents) -> Int[Array, " events"] | None:
     """For each event on the star's sky that on the camera's; None where they are not the same ones."""
-    found = branches.events
+    events = branches.events
     count = len(own.order)
-    if len(found.order) != count:
+    if len(events.order) != count:
         return None
     left, partners = np.ones(count, bool), np.empty(count, int)
     for i in range(count):
-        away = np.abs((own.longitude - found.longitude[i] + math.pi) % _TURN - math.pi)
-        away[~left | (own.order != found.order[i])] = np.inf
+        away = np.abs((own.longitude - events.longitude[i] + math.pi) % _TURN - math.pi)
+        away[~left | (own.order != events.order[i])] = np.inf
         partners[i] = int(away.argmin())
         if not away[partners[i]] < _SAME:
             return None

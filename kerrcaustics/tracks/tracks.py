@@ -126,8 +126,8 @@ class StarTracks(Shown):
         doubtful = np.flatnonzero(~sure)
         if doubtful.size:
             searched = search(branches.sheets, branches.circle.place(phi[doubtful]))
-            again = images_of(self.camera, self.surface, [stars[i] for i in doubtful], searched)
-            for i, one in zip(doubtful.tolist(), again, strict=True):
+            images = images_of(self.camera, self.surface, [stars[i] for i in doubtful], searched)
+            for i, one in zip(doubtful.tolist(), images, strict=True):
                 whole[i] = one
         return whole
 
@@ -192,11 +192,11 @@ def _tracks_on(domain: Domain, camera: Viewer, surface: End, level: float, max_i
     """Tracks of a source on a sphere."""
     angular_velocity = camera.orbital_velocity()
     surface.check_apart("level", np.array([[level, 0.0]]), camera)
-    found, branches, at = _followed(domain, camera, surface, level, max_index)
-    events = pair_events_of(camera, surface, found, level, angular_velocity)
-    uncertain = tuple(r for i in np.flatnonzero(~found.known) for r in events[i].remarks)
+    followed, branches, at = _followed(domain, camera, surface, level, max_index)
+    events = pair_events_of(camera, surface, followed, level, angular_velocity)
+    uncertain = tuple(r for i in np.flatnonzero(~followed.known) for r in events[i].remarks)
     differ = ("the events that camera and star see are not the same: tracks cannot be joined",)
-    remarks = (*found.remarks, *branches.remarks, *uncertain, *(at.remarks if at else differ))
+    remarks = (*followed.remarks, *branches.remarks, *uncertain, *(at.remarks if at else differ))
     chosen = in_time(e for e in events if e.order <= max_index)
     return StarTracks(
         camera=camera,
@@ -206,7 +206,7 @@ def _tracks_on(domain: Domain, camera: Viewer, surface: End, level: float, max_i
         angular_velocity=angular_velocity,
         period=_TURN / abs(angular_velocity) if angular_velocity else math.inf,
         tracks=_tracks(camera, surface, branches, events, at) if at else (),
-        events=PairEvents(chosen, camera, surface, not (found.remarks or uncertain), found.remarks),
+        events=PairEvents(chosen, camera, surface, not (followed.remarks or uncertain), followed.remarks),
         ends=in_time(e for e in events if e.order > max_index),
         certified=not remarks,
         remarks=remarks,

@@ -37,8 +37,13 @@ _OF_IMAGES, _OF_PRIMARY, _OF_RING, _LONG_WAVES = 0.01, 0.042, 0.06, 0.1
 _OFF_AXIS = 3.0
 # Errors of two images as a sum, by the phase between them: at a fold and on a ring, and the next order.
 _AT_FOLD, _ON_RING, _NEXT_ORDER = 0.14, 0.18, 0.7
-# Amplitude of each index by that before, at least, where it is not known.
-_LEAST_RATIO = 0.2
+# The amplitude of many images of one index, by the root of the sum of squares.
+_IN_PHASE = 2.0
+# Amplitude of each index by that of two before, as images are on the same side then, at least and at most; and the rest
+# by the highest index, where no more is known. How much more than so the rest may be, where indices have the same
+# number of images, and where it grows.
+_LEAST_RATIO, _LARGEST_RATIO, _UNKNOWN_RATIO = 0.05, 0.8, 0.75
+_UNSURE = (1.25, 3.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -291,12 +296,20 @@ def ring_error(
 
 def left_out(waves: WaveImages, last: int) -> float:
     """The amplitude of all images of higher index than the last, as it falls from index to index."""
-    sums = np.bincount(waves.index, np.nan_to_num(waves.amplitude, posinf=0), HIGHEST_INDEX + 2)
+    amplitude = np.nan_to_num(waves.amplitude, posinf=0)
+    sums, squares = (np.bincount(waves.index, amplitude**power, HIGHEST_INDEX + 2) for power in (1, 2))
+    # Of many images the phases differ.
+    sums = np.minimum(sums, _IN_PHASE * np.sqrt(squares))
     known = np.flatnonzero(sums)
     if not len(known):
         return 0.0
     highest = int(known.max())
-    before = sums[highest - 2] if highest >= 2 and sums[highest - 2] > 0 else 0.0
-    ratio = min(max(math.sqrt(sums[highest] / before) if before else _LEAST_RATIO, _LEAST_RATIO), 0.9)
-    beyond = sums[highest] * ratio / (1 - ratio)
+    if highest < 2:
+        beyond = _UNKNOWN_RATIO * sums[highest]
+    else:
+        ratio = min(sums[highest] / sums[highest - 2], _LARGEST_RATIO) if sums[highest - 2] > 0 else _LARGEST_RATIO
+        later = max(ratio, _LEAST_RATIO)
+        count = np.bincount(waves.index, minlength=highest + 1)
+        unsure = _UNSURE[int(count[highest] > count[highest - 2])]
+        beyond = unsure * (ratio * sums[highest - 1] + later * sums[highest]) / (1 - later)
     return float(sums[last + 1 : highest + 1].sum() + beyond)

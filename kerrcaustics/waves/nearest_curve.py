@@ -107,9 +107,9 @@ def nearest_curve(source: WaveSource, curves: CriticalCurves, order: int) -> Nea
     """The nearest curve of a source among the images beside the critical curve of an order."""
     count, sky = _LINES, search_sky(source.viewer)
     while True:
-        found = _with_lines(sky, source, order, *_first_depths(sky, source, curves, order, count))
-        if found.is_smooth or 2 * count > _MOST_LINES or (count > _LINES and found.roughness > _JUMPS):
-            return found
+        curve = _with_lines(sky, source, order, *_first_depths(sky, source, curves, order, count))
+        if curve.is_smooth or 2 * count > _MOST_LINES or (count > _LINES and curve.roughness > _JUMPS):
+            return curve
         count *= 2
 
 

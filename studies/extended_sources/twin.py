@@ -77,10 +77,12 @@ def _summed(
 
     def density(phi: Array, depth: Array) -> Array:
         """Area on the viewer's sky by that in (phi, depth)."""
+        flat = [np.ravel(phi), np.maximum(np.ravel(depth), 1e-9)]
+        # Next to the direction opposite to the hole depths are small.
         step = 1e-5
-        flat = [np.ravel(phi), np.maximum(np.ravel(depth), step)]
+        deep = np.minimum(step, flat[1] / 2)
         along = (place(flat[0] + step, flat[1]) - place(flat[0] - step, flat[1])) / (2 * step)
-        down = (place(flat[0], flat[1] + step) - place(flat[0], flat[1] - step)) / (2 * step)
+        down = (place(flat[0], flat[1] + deep) - place(flat[0], flat[1] - deep)) / (2 * deep[:, None])
         area = lengths(np.cross(along, down)) * sky.lengths(place(*flat)) ** 2
         return area.reshape(np.shape(phi))
 
@@ -120,7 +122,7 @@ def _summed(
         if level == _LEVELS or not split.any() or (level > 8 and split.sum() > _MOST_CELLS):
             total += partial
             # Discs slip through cells that are larger.
-            resolved = not (split.any() and np.median(spread[split]) > _NARROW * radius)
+            resolved = not split.any() or np.median(np.nan_to_num(spread[split], nan=math.inf)) <= _NARROW * radius
             break
         sums.append(total + partial)
         # The side with the longer image is halved.

@@ -17,7 +17,12 @@ function stillChannel(states) {
     4 * Math.abs(Math.log(view.state.radius / state.radius));
 
   // Stars of lessons are held as they are, with all longitudes where their camera circles the spin axis.
-  const lessons = states.lessons.map(({ view, orbit }) => ({ view: kept(view), message: orbit && kept(orbit) }));
+  const lessons = states.lessons.map(({ view, orbit, shapes, waves }) => ({
+    view: kept(view),
+    message: orbit && kept(orbit),
+    shapes: shapes && kept(shapes),
+    waves: waves && kept(waves),
+  }));
   const lessonOf = (state) => lessons.find(({ view }) => orbitKey(view.state) === orbitKey(state));
   const isStarOf = ({ view }, state) => starKey(view.state) === starKey(state);
 
@@ -28,6 +33,12 @@ function stillChannel(states) {
   }
   function answered({ id, want, state }) {
     if (want === "backdrop") return { kind: "backdrop", id, want, state, arrays: {} };
+    if (LAYERS[want]) {
+      const isItself = (one) => one[want] && LAYERS[want].keyOf(one[want].state) === LAYERS[want].keyOf(state);
+      const layer = lessons.find(isItself)?.[want];
+      const line = "This page has no program behind it: it shows the sizes and the waves of the tour's stars alone.";
+      return layer ? { ...layer, id, want, state } : { kind: "refusal", id, want, line };
+    }
     const lesson = lessonOf(state);
     if (lesson && want !== "orbit" && isStarOf(lesson, state))
       return { ...lesson.view, id, want, quality: "full", state: { ...lesson.view.state, chart: state.chart } };

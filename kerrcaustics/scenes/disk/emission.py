@@ -188,9 +188,9 @@ def page_thorne_flux(spin: float, radius: ArrayLike) -> Float[Array, "*batch"]:
     roots = (2 * math.cos(third - math.pi / 3), 2 * math.cos(third + math.pi / 3), -2 * math.cos(third))
     total = x - last - 1.5 * spin * np.log(x / last)
     for i, root in enumerate(roots):
-        one, other = (roots[j] for j in range(3) if j != i)
+        first, second = (roots[j] for j in range(3) if j != i)
         # At spin 0 one of the roots is 0, and so is its term.
-        share = 3 * (root - spin) ** 2 / (root * (root - one) * (root - other)) if abs(root) > 1e-12 else 0.0
+        share = 3 * (root - spin) ** 2 / (root * (root - first) * (root - second)) if abs(root) > 1e-12 else 0.0
         total = total - share * np.log((x - root) / (last - root))
     shape = 1.5 / (x**4 * (x**3 - 3 * x + 2 * spin))
     return np.where(x > last, np.maximum(shape * total, 0), 0.0)

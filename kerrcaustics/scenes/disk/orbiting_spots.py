@@ -256,13 +256,13 @@ class Flock:
         """Rays and spots that may meet in a step; reach (n,), from the middle of a ray's step."""
         place = middle.vector / middle.u[:, None]
         window = np.floor(middle.late / _BETWEEN).astype(int) if self.delay else np.zeros(len(reach), int)
-        rays, found = [np.zeros(0, int)], [np.zeros(0, int)]
+        rays, spots = [np.zeros(0, int)], [np.zeros(0, int)]
         for number in np.unique(window):
             here = np.flatnonzero(window == number)
             near = self._tree(int(number)).query_ball_point(place[here], reach[here], return_sorted=False)
             rays.append(np.repeat(here, [len(some) for some in near]))
-            found += [np.asarray(some, int) for some in near if some]
-        return np.concatenate(rays), np.concatenate(found)
+            spots += [np.asarray(some, int) for some in near if some]
+        return np.concatenate(rays), np.concatenate(spots)
 
     def _tree(self, number: int) -> KDTree:
         """The spots in space in the middle of a window of time."""

@@ -202,9 +202,9 @@ class _Sampled(NamedTuple):
         return binned(shift.ravel(), radial.ravel(), along.ravel(), light.ravel(), edges)
 
 
-def binned(shift: Array, one: Array, other: Array, light: Array, edges: Array) -> Float[Array, " bins"]:
+def binned(shift: Array, start: Array, stop: Array, light: Array, edges: Array) -> Float[Array, " bins"]:
     """The light of cells between edges: `shift` (n,) in their middles, its changes (n,) along two sides, the light."""
-    reach = (np.abs(one) + np.abs(other)) / 2
+    reach = (np.abs(start) + np.abs(stop)) / 2
     first, last = np.searchsorted(edges, shift - reach), np.searchsorted(edges, shift + reach)
     # Below each edge: all of the cells that end there, and part of those that it cuts.
     below = np.cumsum(np.bincount(last, light, len(edges) + 1))[: len(edges)]
@@ -212,7 +212,7 @@ def binned(shift: Array, one: Array, other: Array, light: Array, edges: Array) -
     for k in range(int(np.max(last - first, initial=0))):
         cut = cut[first[cut] + k < last[cut]]
         edge = first[cut] + k
-        part = covered_part(edges[edge] - shift[cut], one[cut], other[cut])
+        part = covered_part(edges[edge] - shift[cut], start[cut], stop[cut])
         below += np.bincount(edge, part * light[cut], len(edges))
     return np.diff(below)
 

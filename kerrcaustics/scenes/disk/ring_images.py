@@ -63,10 +63,10 @@ def ring_images(
     sky, camera = lens_map.sky, lens_map.sky.search_camera
     plane_map = PlaneMap(camera, EquatorialPlane(crossing), "auto", TOLERANCE)
     lines = _lines(camera, turn)
-    found = plane_map.on_circles(lines, radius, np.sqrt(lines.first * lines.last))
-    light = lens_map.seen(found.sky)
-    missing = ~(found.miss(radius) < _TAKEN)
-    per_cell = np.sin(found.distance) / found.slope * sky.lengths(found.sky) ** 2
+    images = plane_map.on_circles(lines, radius, np.sqrt(lines.first * lines.last))
+    light = lens_map.seen(images.sky)
+    missing = ~(images.miss(radius) < _TAKEN)
+    per_cell = np.sin(images.distance) / images.slope * sky.lengths(images.sky) ** 2
     return RingImages(
         sky=np.where(missing[:, None], np.nan, light.sky),
         solid_angle=np.where(missing, np.nan, per_cell),

@@ -29,10 +29,10 @@ def images_on(
     counts = images.counts(expected.shape)
     away = np.abs((phi[:, None] - events.longitude + math.pi) % _TURN - math.pi)
     sure = (counts == expected).all(axis=1) & ~(away <= _ERRORS * events.error).any(axis=1)
-    one, other = images[:-1], images[1:]
-    twice = (other.star == one.star) & (other.index == one.index)
-    twice &= np.linalg.norm(other.sky - one.sky, axis=1) < _SAME
-    sure[other.star[twice]] = False
+    first, second = images[:-1], images[1:]
+    twice = (second.star == first.star) & (second.index == first.index)
+    twice &= np.linalg.norm(second.sky - first.sky, axis=1) < _SAME
+    sure[second.star[twice]] = False
     apart = np.zeros_like(expected, bool)
     return phi, ImageSearch(images, counts, expected, apart, apart, branches.sheets.coarse), sure
 

@@ -124,9 +124,9 @@ class Branches:
         return np.where(close[0] & close[1], np.maximum(links.index, 1), links.index)
 
     def _events(self) -> Nodes:
-        found = self.events
-        sky = self.sheets.sky(found.points.line_of_sight)
-        return Nodes(found.longitude, found.order, sky, np.zeros_like(sky), np.zeros(len(sky)), np.arange(len(sky)))
+        events = self.events
+        sky = self.sheets.sky(events.points.line_of_sight)
+        return Nodes(events.longitude, events.order, sky, np.zeros_like(sky), np.zeros(len(sky)), np.arange(len(sky)))
 
     def _images(self, longitude: _Reals, index: _Numbers, sky: _Directions, error: _Reals) -> Nodes:
         beams = trace_beams(
@@ -143,11 +143,11 @@ class Branches:
 
     def _searched(self) -> tuple[_Numbers, _Numbers]:
         """Search for the images in the middle of each gap. Their nodes, and the gap of each."""
-        found = self.events
-        longitude = (found.gap_low + found.gap_high) / 2
+        events = self.events
+        longitude = (events.gap_low + events.gap_high) / 2
         searched = search(self.sheets, self.circle.place(longitude))
         images = searched.images
-        missed = ~searched.certified | (searched.counts != found.counts).any(axis=1)
+        missed = ~searched.certified | (searched.counts != events.counts).any(axis=1)
         if missed.any():
             self.remarks.append(
                 f"the images in {missed.sum()} of {len(missed)} spells between events are not certified"
@@ -162,10 +162,10 @@ class Branches:
 
     def _grown(self) -> Links:
         """Links along all branches, and over all boundaries between gaps."""
-        found = self.events
-        gaps, whole = len(found.gap_low), found.none
+        events = self.events
+        gaps, whole = len(events.gap_low), events.none
         # Without events the parameter is the longitude.
-        low, width = (np.zeros(1), np.zeros(1)) if whole else (found.gap_low, found.gap_high - found.gap_low)
+        low, width = (np.zeros(1), np.zeros(1)) if whole else (events.gap_low, events.gap_high - events.gap_low)
         full = 2 * np.pi if whole else np.pi
         middle, gap = self._searched()
         tips, sides = np.tile(middle, 2), np.repeat([0, 1], len(middle))
@@ -181,7 +181,7 @@ class Branches:
             tips, p = self._followed(tips, p, low[column % gaps], width[column % gaps], ends[column])
             members = [tips[column == i] for i in range(2 * gaps)]
             longitude = np.tile(low, 2) + np.tile(width, 2) * np.sin(ends / 2) ** 2 if not whole else ends
-            linker = Linker(self.chart, found, self.nodes, members, ends, longitude)
+            linker = Linker(self.chart, events, self.nodes, members, ends, longitude)
             settled = []
             for i in doubtful.tolist():
                 rows[i], sure = linker.linked(i)
@@ -193,7 +193,7 @@ class Branches:
             reach[doubtful] /= 2
         # What becomes part of a ring is followed to the end of its gap.
         boundary, to_end = (column + sides) % gaps, np.pi * sides
-        goal = np.where(found.ring[boundary, self.nodes.index[tips]], to_end, ends[column])
+        goal = np.where(events.ring[boundary, self.nodes.index[tips]], to_end, ends[column])
         p = self._followed(tips, p, low[column % gaps], width[column % gaps], goal)[1]
         if (p != goal).any():
             self.remarks.append(f"{(p != goal).sum()} images could not be followed to the next event")
@@ -285,10 +285,10 @@ class Branches:
         p = links.p_0 + part * (links.p_1 - links.p_0)
         longitude = links.longitude(p)
         start = self.chart.sky(self.kinds(links), self.cubics(links).at(part))
-        found, sky, error = self._roots(longitude, links.index, start, steps)
-        divided = (parts > 1) & (np.bincount(which[found], minlength=len(parts)) == parts - 1)
-        chosen = divided[which[found]]
-        kept = found[chosen]
+        converged, sky, error = self._roots(longitude, links.index, start, steps)
+        divided = (parts > 1) & (np.bincount(which[converged], minlength=len(parts)) == parts - 1)
+        chosen = divided[which[converged]]
+        kept = converged[chosen]
         new = self._added(longitude[kept], links.index[kept], sky[chosen], error[chosen])
         old, olds = self.links[divided], np.flatnonzero(divided)
         # In the order of the link, then along it: every piece begins where the one before ends.

@@ -131,24 +131,24 @@ class Linker:
         """Links over a boundary, whose number is that of the gap above it; and whether they are beyond doubt."""
         path_events = self._path_events
         gaps = len(self._width)
-        one, other = gaps + (boundary - 1) % gaps, boundary
+        first, second = gaps + (boundary - 1) % gaps, boundary
         events = np.flatnonzero(path_events.boundary == boundary)
-        start, end = self._longitude[one], self._longitude[other]
+        start, end = self._longitude[first], self._longitude[second]
         frame = (0.0, 0.0, start, end + 2 * np.pi * (end <= start))
-        arms = [arm for event in events.tolist() for arm in self._arms(event, one, other)]
+        arms = [arm for event in events.tolist() for arm in self._arms(event, first, second)]
         rows: list[_Row] = []
         settled = True
         for k in np.flatnonzero(~path_events.ring[boundary]).tolist():
             # Arms of events are left ends where they lead right, and the other way round.
             lefts, rights = (
                 np.concatenate([self._of(column, k), [event for event, index, s in arms if index == k and s == side]])
-                for column, side in ((one, 1), (other, -1))
+                for column, side in ((first, 1), (second, -1))
             )
             if len(lefts) != len(rights):
                 settled = False
                 continue
-            found, sure = self._matched(k, lefts.astype(int), rights.astype(int), one, other, frame)
-            rows += found
+            matches, sure = self._matched(k, lefts.astype(int), rights.astype(int), first, second, frame)
+            rows += matches
             settled &= sure
         return rows, settled
 
@@ -157,7 +157,7 @@ class Linker:
         return members[self._nodes.index[members] == index]
 
     def _matched(
-        self, k: int, lefts: _Ends, rights: _Ends, one: int, other: int, frame: tuple[float, ...]
+        self, k: int, lefts: _Ends, rights: _Ends, first: int, second: int, frame: tuple[float, ...]
     ) -> tuple[list[_Row], bool]:
         """Links on sheet k between left and right nodes."""
         cost = np.full((len(lefts), len(rights)), _IMPOSSIBLE)
@@ -165,7 +165,7 @@ class Linker:
             for j, b in enumerate(rights.tolist()):
                 from_event, to_event = self._nodes.event[[a, b]] >= 0
                 if from_event != to_event:
-                    image, event, column = (b, a, other) if from_event else (a, b, one)
+                    image, event, column = (b, a, second) if from_event else (a, b, first)
                     cost[i, j] = self._event_cost(k, image, event, column)
         image_left, image_right = (self._nodes.event[n] < 0 for n in (lefts, rights))
         plain = self._plain_costs(k, lefts[image_left], rights[image_right], frame)
@@ -176,13 +176,13 @@ class Linker:
         for i, j in zip(*chosen, strict=True):
             a, b = int(lefts[i]), int(rights[j])
             beside_event = not (image_left[i] and image_right[j])
-            rows.append((a, b, k, *(self._event_frame(a, one, other) if beside_event else frame)))
+            rows.append((a, b, k, *(self._event_frame(a, first, second) if beside_event else frame)))
         return rows, _unique(fits[np.ix_(*chosen)], lefts[chosen[0]], rights[chosen[1]])
 
-    def _event_frame(self, left: int, one: int, other: int) -> tuple[float, ...]:
+    def _event_frame(self, left: int, first: int, second: int) -> tuple[float, ...]:
         """The frame of a link to an event: in the gap of its image, and reaching to the end of that."""
         from_event = self._nodes.event[left] >= 0
-        column = other if from_event else one
+        column = second if from_event else first
         gap, p = column % len(self._width), float(self._p[column])
         ends = (0.0, p) if from_event else (p, np.pi)
         return float(self._path_events.gap_low[gap]), float(self._width[gap]), *ends
@@ -210,14 +210,14 @@ class Linker:
         miss = max(miss - _BLURS * self._blur[image], 0)
         return float(miss / max(np.linalg.norm(step), np.linalg.norm(onward), 1e-300))
 
-    def _arms(self, event: int, one: int, other: int) -> list[tuple[int, int, int]]:
+    def _arms(self, event: int, first: int, second: int) -> list[tuple[int, int, int]]:
         """The arms (event, index, side) of the level curve at an event between two columns."""
         path_events = self._path_events
         order, side = int(path_events.order[event]), int(path_events.side[event])
         arms = [(event, order - 1, side), (event, order, side)]
         if path_events.at_cusp[event]:
             # The third image comes from the other side, and its index is that of the two that leave it.
-            outside = other if side < 0 else one
+            outside = second if side < 0 else first
             costs = [
                 (self._event_cost(k, image, event, outside), k)
                 for k in (order - 1, order)

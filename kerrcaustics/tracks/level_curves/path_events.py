@@ -153,10 +153,10 @@ def _extremes(
 
 def _roots(curves: CriticalCurves, wide: dict[int, Points], circle: Circle) -> tuple[_Orders, _Angles]:
     """Order and parameter of the points of the caustics that lie on the circle."""
-    found = [_brackets(k, points, circle) for k, points in wide.items()]
-    if sum(len(part[0]) for part in found) == 0:
+    brackets = [_brackets(k, points, circle) for k, points in wide.items()]
+    if sum(len(part[0]) for part in brackets) == 0:
         return np.empty(0, int), np.empty(0)
-    orders, start, end = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    orders, start, end = (np.concatenate(parts) for parts in zip(*brackets, strict=True))
 
     def height(edge_phase: _Angles, which: _Orders) -> _Angles:
         return circle.height(_polished(curves, wide, which, edge_phase).direction)

@@ -9,10 +9,15 @@ const same = (x) => x;
 const SIZE_START = -3;
 const sizeAt = (u) => (u <= SIZE_START ? 0 : round(10 ** u, 3));
 const placeOfSize = (size) => (size > 0 ? Math.max(SIZE_START, Math.log10(size)) : SIZE_START);
+// Rays alone at the left end.
+const WAVES_START = -1.32;
+const frequencyAt = (u) => (u <= WAVES_START ? 0 : round(10 ** u, 3));
+const placeOfFrequency = (omega) => (omega > 0 ? Math.log10(omega) : WAVES_START);
 
 const SPIN = { label: "Spin a", low: 0, high: SPIN_END, step: 0.005, value: spinAt, place: spinPlace, unit: "" };
 const RADIUS = { label: "Radius r (M)", low: 0, high: 3, step: 0.002, value: radiusAt, place: Math.log10, unit: " M" };
 const SIZE = { low: SIZE_START, high: Math.log10(20), step: 0.01, value: sizeAt, place: placeOfSize, unit: "°" };
+const WAVES = { low: WAVES_START, high: 3, step: 0.01, value: frequencyAt, place: placeOfFrequency, unit: "" };
 const ANGLE = { low: 0, high: 180, step: 0.1, value: same, place: same, unit: "°" };
 const SLIDERS = {
   spin: SPIN,
@@ -21,6 +26,7 @@ const SLIDERS = {
   theta: { ...ANGLE, label: "Star θ′ (°)" },
   phi: { ...ANGLE, label: "Star φ′ (°)", high: 360, place: (phi) => mod(phi, TURN) },
   size: { ...SIZE, label: "Star radius (°)" },
+  frequency: { ...WAVES, label: "Frequency ωM" },
 };
 
 // The words of a label; the first of those that need it says what it means.

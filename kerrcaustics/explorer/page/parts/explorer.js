@@ -26,7 +26,7 @@ class Explorer {
     this.controls = new Controls((...change) => this.control(...change), this.channel.offered);
     this.tables = new Tables(() => this.screen.colours);
     this.playback = new Playback(this);
-    this.shapes = new Shapes(this);
+    this.layers = new Layers(this);
     this.exports = new Exports(this);
     [this.tour, this.quiz, this.recording] = [new Tour(this), new Quiz(this), new Recording(this)];
     this.status = new Status(this);
@@ -63,7 +63,7 @@ class Explorer {
     const question = this.questions.answered(answer);
     const kind = kindOf(answer.want);
     if (answer.kind === "refusal") this.refuse(answer, kind, question);
-    else if (question && kind === "shapes") this.shapes.take(answer, question);
+    else if (question && LAYERS[kind]) this.layers.take(kind, answer, question);
     else if (question) this[{ view: "takeView", orbit: "takeOrbit", backdrop: "takeBackdrop" }[kind]](answer, question);
     this.questions.next(kind);
     this.redraw(question);
@@ -87,7 +87,7 @@ class Explorer {
     this.status.complain(line);
     if (kind === "orbit") this.recording.stop();
     if (kind === "orbit") return this.playback.stop();
-    if (kind === "backdrop" || kind === "shapes" || this.shown.view || this.onceRefused) return;
+    if (kind === "backdrop" || LAYERS[kind] || this.shown.view || this.onceRefused) return;
     // What an address asks for may not exist; the usual state does.
     this.onceRefused = true;
     Object.assign(this.state, DEFAULTS);
@@ -102,13 +102,13 @@ class Explorer {
     if (isNew) this.controls.allow(answer.allowed);
     if (isNew && starKey(question.state) === starKey(this.state)) this.settle(answer.state, question.state);
     if (answer.quality === "full" && question.want !== "draft") this.askBackdrop();
-    this.shapes.ask();
+    this.layers.ask();
     this.dropOldOrbit();
     this.playback.allow(answer.has_orbit);
     this.write();
   }
   // The state that the answer is for: cameras that cannot be are moved, and the page without a program has few.
-  settle({ chart: _, backdrop: __, size: ___, ...settled }, asked) {
+  settle({ chart: _, backdrop: __, size: ___, frequency: ____, ...settled }, asked) {
     Object.assign(this.state, settled);
     if (this.channel.offered) this.wantedVelocity = this.state.velocity;
     this.shown.settle(this.request());
@@ -155,7 +155,7 @@ class Explorer {
     this.controls.quiet();
     this.quiz.leaveTo();
     this.dropOldOrbit();
-    this.shapes.drop();
+    this.layers.drop();
     if (this.model.behind && this.model.behind !== backdropKey(this.request())) this.shown.dropBackdrop();
     this.follow();
     if (want !== "draft") this.remember();
@@ -244,7 +244,7 @@ class Explorer {
   }
   words(withCertificate) {
     const sentence = this.news + sentenceOf(this.counts, withCertificate ? this.certified : null);
-    const more = [...(this.shown.images?.remarks ?? []), ...lightOf(this.model.shapes)];
+    const more = [...(this.shown.images?.remarks ?? []), ...lightOf(this.model.shapes), ...wavesWords(this.model.waves)];
     return withCertificate ? [sentence, ...more].join(" ") : sentence;
   }
   write() {

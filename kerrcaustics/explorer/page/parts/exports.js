@@ -92,6 +92,7 @@ function recordOf({ shown, state, model }) {
   const star = { state: { ...state }, images: images ?? model.images, commands, python, address };
   const curves = model.curves.map(({ order, sky, celestial }) => ({ order, sky, celestial_deg: celestial }));
   const { arrays: ____, limbs: _____, key: ______, ...seen } = model.shapes ?? {};
-  const light = model.shapes ? { magnification: seen } : {};
+  const { arrays: _______, key: ________, ...heard } = model.waves ?? {};
+  const light = { ...(model.shapes && { magnification: seen }), ...(model.waves && { amplification: heard }) };
   return { schema: "kerrcaustics/explorer/1", ...view, ...star, ...light, curves };
 }

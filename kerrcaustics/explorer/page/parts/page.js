@@ -25,6 +25,9 @@ class Page {
     const right = canvasOf("celestial", "The celestial sphere, with the star");
     this.left = panelOf("camera", term("camera sky", "Camera sky"), left, this.zooms(explorer.sky, left));
     const tools = [this.charts, ...this.zooms(explorer.source, right)];
+    this.spectrum = new Spectrum();
+    const spectrum = canvasOf("spectrum", "Modulus of the star's waves, by frequency");
+    this.spectrumBox = h("section", { class: "kc-strip-box", hidden: true }, spectrum);
     this.right = panelOf("celestial", term("celestial sphere", "Celestial sphere"), right, tools);
   }
   zooms(panel, canvas) {
@@ -44,7 +47,7 @@ class Page {
     playback.bar.append(recording.button);
     const panels = h("div", { class: "kc-panels" }, status.work, this.left.element, this.right.element);
     const words = [tables.live, tables.element, tables.details];
-    const parts = [tour.element, quiz.element, panels, playback.bar, playback.stripBox, ...words];
+    const parts = [tour.element, quiz.element, panels, playback.bar, playback.stripBox, this.spectrumBox, ...words];
     const stage = h("div", { class: "kc-stage" }, ...parts, this.help);
     const title = h("h1", {}, "Kerr caustics");
     const teaching = [tour.button, quiz.button];

@@ -1,7 +1,7 @@
 // Questions to the program: one of each kind is on its way, and the newest waits.
 
-const kindOf = (want) => (["orbit", "shapes", "backdrop"].includes(want) ? want : "view");
-const NONE = { view: null, orbit: null, shapes: null, backdrop: null };
+const kindOf = (want) => (["orbit", "shapes", "waves", "backdrop"].includes(want) ? want : "view");
+const NONE = { view: null, orbit: null, shapes: null, waves: null, backdrop: null };
 
 class Questions {
   constructor(send, now = () => performance.now()) {

@@ -58,6 +58,8 @@ class Screen {
     paint(page.left.canvas, sky);
     paint(page.right.canvas, source);
     if (!playback.stripBox.hidden) paint(playback.canvas, playback.strip);
+    page.spectrumBox.hidden = !model.waves;
+    if (model.waves) paint(page.spectrumBox.firstChild, page.spectrum);
   }
   // The camera sky was zoomed or moved: its picture follows when it stands still.
   zoomed() {

@@ -6,7 +6,7 @@ class Shown {
   constructor(explorer) {
     Object.assign(this, { explorer, view: null, images: null, version: 0 });
     const { state } = explorer;
-    this.model = { state, curves: [], images: [], edge: [], axes: null, ...NO_PICTURE, orbit: null, shapes: null };
+    this.model = { state, curves: [], images: [], edge: [], axes: null, ...NO_PICTURE, orbit: null, shapes: null, waves: null };
   }
   showView(answer, request) {
     if (answer.quality !== "star") this.showCurves(answer, request);
@@ -29,7 +29,7 @@ class Shown {
     if (answer.images) this.explorer.say(news);
   }
   hideImages() {
-    this.model.shapes = null;
+    Object.assign(this.model, { shapes: null, waves: null });
     this.model.images = [];
     this.images = null;
     this.explorer.tables.forget();
@@ -43,7 +43,7 @@ class Shown {
     this.explorer.state.phi = frame.phi;
     this.model.images = frame.images;
     const request = this.explorer.request();
-    this.explorer.shapes.drop();
+    this.explorer.layers.drop();
     this.images = { answer: null, request, certified: frame.certified, remarks: [] };
     return news;
   }

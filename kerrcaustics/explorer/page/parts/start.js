@@ -23,6 +23,10 @@ function mount(element, channel, options) {
       const { shapes } = explorer.model;
       return shapes && { total: shapes.total, certified: shapes.certified, limbs: shapes.limbs.length };
     },
+    waves: () => {
+      const { waves } = explorer.model;
+      return waves && { modulus: waves.modulus, error: waves.error, points: waves.spectrum.length };
+    },
     orbit: () => {
       const { orbit } = explorer.model;
       return orbit && { events: orbit.events, frames: orbit.frames.length };

@@ -9,6 +9,7 @@ const DEFAULTS = {
   theta: 84,
   phi: 60,
   size: 0,
+  frequency: 0,
   backdrop: "none",
   chart: "map",
 };
@@ -31,10 +32,11 @@ function fragmentOf(state) {
     .join("&");
 }
 
-// What belongs to a camera, to a star, to its shapes, to an orbit, to a picture behind the curves.
+// What belongs to a camera, to a star, to its shapes, to its waves, to an orbit, to a picture behind the curves.
 const cameraOf = (s) => [s.spin, s.radius, s.inclination, s.velocity, s.orders].join();
 const starKey = (s) => [s.theta, s.phi].join();
 const shapesKey = (s) => [cameraOf(s), starKey(s), s.size].join();
+const wavesKey = (s) => [cameraOf(s), starKey(s), s.frequency].join();
 const orbitKey = (s) => [cameraOf(s), s.theta].join();
 const backdropKey = (s) => [cameraOf(s), s.backdrop].join();
 

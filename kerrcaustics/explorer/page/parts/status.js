@@ -83,7 +83,7 @@ class Status {
   workLine() {
     const { questions, playback } = this.explorer;
     playback.wait(questions.progress.orbit, questions.seconds("orbit"));
-    const kind = ["view", "shapes", "backdrop"].find((one) => questions.seconds(one) * 1000 > PATIENCE);
+    const kind = ["view", "shapes", "waves", "backdrop"].find((one) => questions.seconds(one) * 1000 > PATIENCE);
     return kind ? workLine(questions.progress[kind], questions.seconds(kind)) : "";
   }
   write(element, text) {
