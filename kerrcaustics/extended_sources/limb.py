@@ -96,13 +96,14 @@ class Limb:
     """The limb of a disc on a surface, for a viewer at rest.
 
     circle: its rim; evenly: points of long arcs in thin layers next to the hole stay evenly spread, so that they show
-    how these bend.
+    how these bend; ended: ends of guesses lie on the limb, as certified images of its points do.
     """
 
     camera: Viewer
     surface: End
     circle: Circle
     evenly: bool = False
+    ended: bool = False
 
     def arcs(self, guessed: GuessedArcs, first: int, wanted: float) -> tuple[BoundaryArcs, int]:
         """Arcs on the limb from guesses, and how many of them are in doubt.
@@ -118,8 +119,9 @@ class Limb:
 
     def _arcs(self, guessed: GuessedArcs, first: int, wanted: float) -> tuple[BoundaryArcs, int]:
         size = _lengths_of(with_ends(guessed.start, guessed.guess, guessed.stop))
-        both, part = np.concatenate([guessed.start, guessed.stop]), np.repeat([-1.0, 1.0], len(guessed))
-        ends = self._on_limb(both, guessed.joined(guessed), part, np.tile(size, 2))
+        ends, part = np.concatenate([guessed.start, guessed.stop]), np.repeat([-1.0, 1.0], len(guessed))
+        if not self.ended:
+            ends = self._on_limb(ends, guessed.joined(guessed), part, np.tile(size, 2))
         # Each arc brings a node to a place of its own along the limb.
         start, stop = np.split(at_nodes(guessed.links.left, guessed.links.right, ends), 2)
         guessed = replace(guessed, start=start, stop=stop)

@@ -1,7 +1,7 @@
 """The images of a disc on a sphere that rays reach once: areas by Morse index, certified that none is missing."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -23,7 +23,7 @@ from kerrcaustics.extended_sources.limb import GuessedArcs, Limb
 from kerrcaustics.extended_sources.measured_disc import MeasuredDisc, summed
 from kerrcaustics.extended_sources.nearby_caustics import distance, refined_near
 from kerrcaustics.extended_sources.skeleton import of_branches, of_small_images
-from kerrcaustics.images.search import search
+from kerrcaustics.images.search import ImageSearch, search
 from kerrcaustics.images.sheets import Sheets, sheets_of
 from kerrcaustics.lens_map.search_sky import SearchSky, search_sky
 from kerrcaustics.spacetime.sphere import moved
@@ -64,7 +64,7 @@ def measured_on_sheets(
     sheets = refined_near(sheets_of(viewer, max_index, surface), rim)
     sky = search_sky(viewer)
     limb = _limb(sheets, viewer, rim)
-    arcs, crossings = limb.arcs, limb.crossings
+    arcs = limb.arcs
     critical, lost = _critical(sheets, rim, limb)
     whole = arcs.joined(critical)
     hole = _searched_hole(sheets)
@@ -81,8 +81,26 @@ def measured_on_sheets(
 
     area = 4 * math.pi * math.sin(angle / 2) ** 2
     disc = summed(sky, hole, (angle, area), whole, signs, max_index, weight)
-    wrong = _checked(sheets, rim, disc.arcs, disc.sign, beside_caustics=crossings is not None)
+    probes = limb.probes or _Probes.searched_for(sheets, rim)
+    wrong = _checked(sheets, disc.arcs, disc.sign, probes)
     return disc.doubted(limb.doubts, limb.faults + lost + wrong)
+
+
+@dataclass(frozen=True, eq=False)
+class _Probes:
+    """Places in a disc and beside it, and the search for their images, which may go on to other places.
+
+    radius: distances from the centre of the disc, in radii.
+    """
+
+    radius: Float[Array, " probes"]
+    search: ImageSearch
+
+    @classmethod
+    def searched_for(cls, sheets: Sheets, rim: Circle) -> "_Probes":
+        """Those farthest from the caustics."""
+        radius, place = _probes(sheets, rim, beside_caustics=True)
+        return cls(radius, search(sheets, place))
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +108,7 @@ class _Followed:
     """The images of the limb of a disc.
 
     crossings: None where no caustic is near; wanted: error of areas, square radians; doubts, faults: as for
-    `MeasuredDisc.doubted`.
+    `MeasuredDisc.doubted`; probes: where they were searched together with the limb.
     """
 
     arcs: BoundaryArcs
@@ -98,15 +116,17 @@ class _Followed:
     wanted: float
     doubts: tuple[str, ...] = ()
     faults: tuple[str, ...] = ()
+    probes: _Probes | None = None
 
 
 def _limb(sheets: Sheets, viewer: Viewer, rim: Circle) -> _Followed:
     """The limb from a few images, about an axis, or followed through folds as the tracks of stars are."""
     nearest = min(distance(curve, rim.axes[2]) for curve in sheets.curves)
     if nearest > _CLEAR * rim.angle:
-        guessed = of_small_images(sheets, rim)
+        radius, place = _probes(sheets, rim, beside_caustics=False)
+        guessed, searched = of_small_images(sheets, rim, place)
         if guessed is not None:
-            return _brought(sheets, rim, guessed, None, ())
+            return replace(_brought(sheets, rim, guessed, None, ()), probes=_Probes(radius, searched))
     if symmetric(sheets):
         limb = AxialLimb(sheets, rim)
         wanted = _WANTED * _about(limb.arcs(math.inf), sheets)
@@ -128,7 +148,8 @@ def _brought(
     """Guesses brought to the limb."""
     wanted = _WANTED * _about(guessed.arcs(), sheets)
     first = _next_node(guessed.links.left, guessed.links.right)
-    arcs, doubtful = Limb(sheets.camera, sheets.surface, rim).arcs(guessed, first, wanted)
+    limb = Limb(sheets.camera, sheets.surface, rim, ended=crossings is None)
+    arcs, doubtful = limb.arcs(guessed, first, wanted)
     doubts = (f"{doubtful} arcs of the limb are in doubt",) if doubtful else ()
     return _Followed(arcs, crossings, wanted, doubts, faults)
 
@@ -175,19 +196,17 @@ def _sense(sheets: Sheets, sky: SearchSky, hole: Float[Array, " axes"]) -> float
     return float(np.sign(turns_about(hole, places[None])[0]))
 
 
-def _checked(
-    sheets: Sheets, rim: Circle, arcs: BoundaryArcs, sign: Float[Array, " arcs"], *, beside_caustics: bool
-) -> tuple[str, ...]:
+def _checked(sheets: Sheets, arcs: BoundaryArcs, sign: Float[Array, " arcs"], probes: _Probes) -> tuple[str, ...]:
     """Faults of the boundary of the images: ends of arcs, and windings about images of places.
 
     Places within the disc must have all of their images within the boundary, others none.
     """
     if not closed(arcs, sign):
         return ("the boundary of the images is not closed",)
-    radius, place = _probes(sheets, rim, beside_caustics)
-    searched = search(sheets, place)
-    sure = searched.certified
-    if not (sure & (radius < 1)).any():
+    radius, searched = probes.radius, probes.search
+    sure = searched.certified.copy()
+    sure[len(radius) :] = False
+    if not (sure[: len(radius)] & (radius < 1)).any():
         return ("no place within the disc has certified images",)
     images = searched.images[sure[searched.images.star]]
     # On the search sky, where images next to the hole are as large as others.
@@ -201,7 +220,7 @@ def _checked(
 
 
 def _probes(
-    sheets: Sheets, rim: Circle, beside_caustics: bool
+    sheets: Sheets, rim: Circle, *, beside_caustics: bool
 ) -> tuple[Float[Array, " probes"], Float[Array, "probes 3"]]:
     """Places in the disc and beside it, far from caustics: distances from its centre, in radii, and directions."""
     radius, azimuth = _PROBES[_PROBES[:, 0] * rim.angle < math.pi].T

@@ -5,6 +5,7 @@ are certified, show it. Else the limb is followed as the tracks of stars are (tr
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -13,7 +14,7 @@ from scipy.optimize import linear_sum_assignment
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.extended_sources.arcs import GUESSED
 from kerrcaustics.extended_sources.limb import GuessedArcs
-from kerrcaustics.images.search import search
+from kerrcaustics.images.search import ImageSearch, search
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.lens_map.sky_chart import Chart, apart, chart_of
@@ -44,13 +45,20 @@ def _guess(chart: Chart, kinds: Int[Array, " arcs"], cubics: Cubics) -> Float[Ar
     return np.stack([chart.sky(kinds, cubics.at(np.full(len(kinds), part))) for part in _PARTS], axis=1)
 
 
-def of_small_images(sheets: Sheets, circle: Circle) -> GuessedArcs | None:
-    """Guesses for a disc that no caustic reaches; None where its images are not certain."""
+def of_small_images(
+    sheets: Sheets, circle: Circle, others: Float[Array, "places 3"]
+) -> tuple[GuessedArcs | None, ImageSearch]:
+    """Guesses for a disc that no caustic reaches, and the search for its images after those of other places.
+
+    No guesses where the images are not certain.
+    """
     longitude = 2 * math.pi * np.arange(_POINTS) / _POINTS
-    searched = search(sheets, circle.place(longitude))
-    images = searched.images
-    if not searched.certified.all() or (searched.counts != searched.counts[0]).any():
-        return None
+    searched = search(sheets, np.concatenate([others, circle.place(longitude)]))
+    images = searched.images[searched.images.star >= len(others)]
+    images = replace(images, star=images.star - len(others))
+    counts = searched.counts[len(others) :]
+    if not searched.certified[len(others) :].all() or (counts != counts[0]).any():
+        return None, searched
     beams = trace_beams(
         sheets.camera, images.sky, "auto", TOLERANCE, end=sheets.surface, crossings=False, redshift=False
     )
@@ -60,13 +68,13 @@ def of_small_images(sheets: Sheets, circle: Circle) -> GuessedArcs | None:
     place, rate = chart.place(images.index, images.sky), chart.rate(images.index, images.sky, drift)
     following = _following(images.star, images.index, place, rate)
     if following is None:
-        return None
+        return None, searched
     kind = images.index
     cubics = Cubics(place, apart(kind, place, place[following]), rate, rate[following])
     guess = _guess(chart, kind, cubics)
     p, none = longitude[images.star], np.zeros(len(kind))
     links = Links(np.arange(len(kind)), following, kind, none, none, p, p + 2 * math.pi / _POINTS)
-    return GuessedArcs(links, np.zeros(len(kind), bool), images.sky, images.sky[following], guess)
+    return GuessedArcs(links, np.zeros(len(kind), bool), images.sky, images.sky[following], guess), searched
 
 
 def _following(
