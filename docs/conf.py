@@ -102,8 +102,8 @@ def write_commands(app, page, source):
     if page == "commands":
         from kerrcaustics.cli import app as commands
 
-        told = commands.generate_docs(output_format="rst").partition("**Commands:**")[2]
-        source[0] = source[0].replace("COMMANDS", told)
+        reported = commands.generate_docs(output_format="rst").partition("**Commands:**")[2]
+        source[0] = source[0].replace("COMMANDS", reported)
 
 
 def read_again(app, env, added, changed, removed):

@@ -1,4 +1,4 @@
-"""How sphinx-gallery makes pages of scripts: of figures/ by their function `main`, of lessons as they are."""
+"""Rules for sphinx-gallery's pages of scripts: of figures/ by their function `main`, of lessons as they are."""
 
 import shutil
 import sys

@@ -1,4 +1,4 @@
-"""What holds for all tests: types and shapes are checked at run time; and the fixtures that several files share."""
+"""Rules for all tests: types and shapes are checked at run time; and the fixtures that several files share."""
 
 import gc
 import sys
@@ -60,7 +60,7 @@ def pytest_configure(config):
 
 @pytest.fixture(scope="module", autouse=True)
 def memory_given_back():
-    """What a module's tests leave behind does not add up."""
+    """Caches of a module's tests do not add up."""
     yield
     if resident() > MUCH and "jax" in sys.modules:
         # What JAX keeps of functions that it has traced, 13 MB of each program that was compiled.

@@ -1,4 +1,4 @@
-"""What the tests of films share: a scene that costs nothing, with the protocol of those that scene files describe."""
+"""Helpers of the tests of films: a scene that costs nothing, with the protocol of those that scene files describe."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""What tests share that damage files, in every way that a disk, a program or a user does."""
+"""Helpers of tests that damage files, in every way that a disk, a program or a user does."""
 
 import os
 import shutil

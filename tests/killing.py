@@ -1,4 +1,4 @@
-"""What tests share that kill processes, and that start clusters."""
+"""Helpers of tests that kill processes, and that start clusters."""
 
 import json
 import os
@@ -15,8 +15,8 @@ import psutil
 GUARD = 3000
 
 
-def told(process):
-    """What a process says, but for how far it is, which it says now and then."""
+def reported(process):
+    """The output of a process, without its progress."""
     out, _ = process.communicate(timeout=GUARD)
     return re.sub(r"^(\d+ of \d+ (frames|points)|looking at what is done|computing).*\n", "", out, flags=re.MULTILINE)
 
@@ -39,7 +39,7 @@ def kill_at_random(process, wait_for_more, chance):
     workers = workers_of(process)
     assert process.poll() is None, process.communicate()
     process.kill()
-    assert told(process) == ""
+    assert reported(process) == ""
     # Workers notice that they are alone.
     psutil.wait_procs(workers, timeout=GUARD)
 
@@ -47,8 +47,8 @@ def kill_at_random(process, wait_for_more, chance):
 @contextmanager
 def dask(folder, name, *options):
     """A scheduler or a worker of a cluster, until it is killed with all its processes."""
-    told = ("--scheduler-file", folder / "scheduler.json", "--no-dashboard")
-    command = [sys.executable, "-m", f"distributed.cli.dask_{name}", *told, *options]
+    reported = ("--scheduler-file", folder / "scheduler.json", "--no-dashboard")
+    command = [sys.executable, "-m", f"distributed.cli.dask_{name}", *reported, *options]
     silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     # Where workers find the tests' own modules.
     paths = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
@@ -64,8 +64,8 @@ def dask(folder, name, *options):
 @contextmanager
 def scheduler(folder):
     """The address of a scheduler."""
-    told = folder / "scheduler.json"
+    reported = folder / "scheduler.json"
     with dask(folder, "scheduler", "--host", "127.0.0.1", "--port", 0):
-        while not told.exists() or not told.read_text().strip():
+        while not reported.exists() or not reported.read_text().strip():
             time.sleep(0.1)
-        yield json.loads(told.read_text())["address"]
+        yield json.loads(reported.read_text())["address"]

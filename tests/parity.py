@@ -335,7 +335,7 @@ def refused_argument(error: ValueError) -> str:
 
 
 def gap_of(cell: Cell) -> str | None:
-    """What a cell lacks; None for an answer of the right class with all fields."""
+    """The gap of a cell; None for an answer of the right class with all fields."""
     if cell.surface != "sky" and cell.analysis not in OF_MATTER and not takes_end(cell.analysis):
         return "no `end`"
     try:

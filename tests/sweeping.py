@@ -1,4 +1,4 @@
-"""What the tests of sweeps share."""
+"""Helpers of the tests of sweeps."""
 
 import hashlib
 import os

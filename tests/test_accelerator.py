@@ -1,4 +1,4 @@
-"""What a GPU is given, on whatever device there is: few large batches, with the answers of many small ones."""
+"""Batches as a GPU gets them, on whatever device there is: few large batches, with the answers of many small ones."""
 
 import operator
 import os

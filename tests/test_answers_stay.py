@@ -1,4 +1,4 @@
-"""What one star asked changes no other star's answer: images are the same to the bit, whatever was asked before."""
+"""A star's question changes no other star's answer: images are the same to the bit, whatever was asked before."""
 
 import subprocess
 import sys

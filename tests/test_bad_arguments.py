@@ -1,4 +1,4 @@
-"""What public functions refuse: a ValueError of one line that names the argument and what it must be."""
+"""Refusals of public functions: a ValueError of one line that names the argument and what it must be."""
 
 import math
 

@@ -243,8 +243,8 @@ def test_an_island_of_the_index_is_reported_for_its_order(monkeypatch, nothing_k
 
     monkeypatch.setattr(Search, "index_and_ratio", raised)
     curves = kc.caustics(kc.Camera(0.9, 6.0), 3)
-    told = ["more than one critical curve of order 3" in " ".join(curve.remarks) for curve in curves]
-    assert told == [False, False, True]
+    reported = ["more than one critical curve of order 3" in " ".join(curve.remarks) for curve in curves]
+    assert reported == [False, False, True]
 
 
 def test_a_cusp_or_an_extreme_that_cannot_be_traced_is_reported(monkeypatch):
@@ -319,7 +319,7 @@ def test_critical_curves_are_found_once_and_cannot_be_changed():
 @pytest.mark.slow
 @pytest.mark.parametrize(("radius", "inclination"), [(100.0, 1.0), (6.0, math.pi / 2)])
 def test_next_to_extremal_spin_curves_keep_their_order(radius, inclination):
-    """Where orders crowd at the prograde edge, points between neighbours are not those of the next curve."""
+    """At the prograde edge, where orders crowd, points between neighbours are not those of the next curve."""
     found = kc.caustics(kc.Camera(1 - 1e-9, radius, inclination, "fiducial"), 5)
     assert found.missing == () and all(curve.closed for curve in found.curves)
     assert [curve.order for curve in found.curves] == [1, 2, 3, 4, 5]

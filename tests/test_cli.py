@@ -187,8 +187,8 @@ def test_limits_are_those_of_the_package_and_told_before_it_is_loaded(arguments,
         getattr(kc, function)(kc.Camera(0.9, 6.0), **places, **{name: 99})
     monkeypatch.setitem(sys.modules, "kerrcaustics.spacetime.camera", None)
     status, out, err = run(capsys, *(word.format(99) for word in arguments))
-    told = str(caught.value).replace(f"`{name}`", f"--{name.replace('_', '-')}")
-    assert (status, out, err) == (2, "", f"kerrcaustics: {told}\n")
+    reported = str(caught.value).replace(f"`{name}`", f"--{name.replace('_', '-')}")
+    assert (status, out, err) == (2, "", f"kerrcaustics: {reported}\n")
 
 
 def test_words_in_brackets_are_no_markup(capsys):
@@ -235,7 +235,7 @@ def test_folders_that_cannot_be_written_to_are_no_news(tmp_path):
 
 
 def test_version_and_help():
-    """How light they start is the matter of the test of the layers."""
+    """The test of the layers checks that they start light."""
     done = subprocess.run([*COMMAND, "--version"], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == kc.__version__
     done = subprocess.run([*COMMAND, "--help"], capture_output=True, text=True, check=True)

@@ -145,7 +145,7 @@ def test_ends_of_beams_on_many_random_cameras():
 
 @pytest.mark.slow
 def test_beams_that_graze_their_turning_point_in_the_plane_vary_smoothly():
-    """Where r' vanishes in the plane, neither the radius nor its variation is special."""
+    """At places in the plane where r' vanishes, neither the radius nor its variation is special."""
     camera = kc.Camera(0.8, 9.0, 1.0, "fiducial")
     rim = kc.shadow_edge(camera, 24)
     sky = np.concatenate(

@@ -220,7 +220,7 @@ def test_files_are_private(folder):
 
 
 def test_files_of_the_user_are_read(folder):
-    """What is planted is read where it is the user's own: the other tests could not fail else."""
+    """Planted files are read where it is the user's own: the other tests could not fail else."""
     planted(folder)
     ask(Program(doubled))
     assert TRACED == ["unpickled", True]

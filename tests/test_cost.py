@@ -1,4 +1,4 @@
-"""What is left out is not paid for: counted as operations of the programs, not timed."""
+"""Work that is left out is not paid for: counted as operations of the programs, not timed."""
 
 from functools import cache, partial
 

@@ -135,7 +135,7 @@ def unit_vector(theta, phi):
 
 
 def long_image(given, images, slopes):
-    """One image's place, ln magnification and time in long arithmetic, by Newton's method with a fixed slope.
+    """An image's place, ln magnification and time in long arithmetic, by Newton's method with a fixed slope.
 
     given: spin, radius, inclination, theta, phi as mpf; images: N; slopes, dn'/dN there.
     """

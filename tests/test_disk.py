@@ -564,6 +564,6 @@ def test_a_disk_from_the_isco_is_seen_as_one_from_its_radius():
     ],
 )
 def test_bad_input_is_one_line(make, words):
-    with pytest.raises(ValueError, match=words) as told:
+    with pytest.raises(ValueError, match=words) as reported:
         make()
-    assert "\n" not in str(told.value)
+    assert "\n" not in str(reported.value)

@@ -106,9 +106,9 @@ def histogram(camera, inner, outer, power, edges, crossing, side, half):
 def test_profile_is_that_of_many_rays(crossing):
     edges = np.linspace(0.3, 1.5, 13)
     found = kc.line_profile(NEAR, 4.0, 12.0, 2.0, crossing=crossing, bins=edges)
-    told, _ = histogram(NEAR, 4.0, 12.0, 2.0, edges, crossing, 350, 0.5)
-    assert np.abs(found.flux - told).max() < (0.01 if crossing == 1 else 0.03) * found.flux.max()
-    assert found.flux.sum() == pytest.approx(told.sum(), rel=2e-3 if crossing == 1 else 1e-2)
+    reported, _ = histogram(NEAR, 4.0, 12.0, 2.0, edges, crossing, 350, 0.5)
+    assert np.abs(found.flux - reported).max() < (0.01 if crossing == 1 else 0.03) * found.flux.max()
+    assert found.flux.sum() == pytest.approx(reported.sum(), rel=2e-3 if crossing == 1 else 1e-2)
 
 
 @pytest.mark.slow
@@ -167,9 +167,9 @@ def test_cells_are_shared_among_bins():
     edges = np.linspace(-1, 2, 40)
     within = (np.arange(300) + 0.5) / 300 - 0.5
     places = shift[:, None, None] + one[:, None, None] * within[:, None] + other[:, None, None] * within
-    told = np.histogram(places, edges, weights=np.broadcast_to(weight[:, None, None] / 300**2, places.shape))[0]
+    reported = np.histogram(places, edges, weights=np.broadcast_to(weight[:, None, None] / 300**2, places.shape))[0]
     found = binned(shift, one, other, weight, edges)
-    assert found == pytest.approx(told, abs=3e-3) and found.sum() == pytest.approx(weight.sum(), rel=1e-12)
+    assert found == pytest.approx(reported, abs=3e-3) and found.sum() == pytest.approx(weight.sum(), rel=1e-12)
 
 
 def test_nodes_tell_what_lies_between():
@@ -208,9 +208,9 @@ def test_nodes_tell_what_lies_between():
 )
 def test_bad_input_is_one_line(change, words):
     asked = {"camera": NEAR, "inner": 4.0, "outer": 12.0, "radii": 4, "turns": 8} | change
-    with pytest.raises(ValueError, match=words) as told:
+    with pytest.raises(ValueError, match=words) as reported:
         kc.line_profile(**asked)
-    assert "\n" not in str(told.value)
+    assert "\n" not in str(reported.value)
 
 
 @pytest.mark.slow

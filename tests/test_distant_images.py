@@ -1,4 +1,4 @@
-"""What distant observers and far cameras see: images, counts, events and tracks, against cameras far away."""
+"""Views of distant observers and far cameras: images, counts, events and tracks, against cameras far away."""
 
 import json
 import math
@@ -100,10 +100,10 @@ def test_images_lead_to_their_star(end):
 def test_caustics_of_the_screen_count_what_the_source_sees(end):
     rng = np.random.default_rng(2)
     stars = np.stack([np.arccos(rng.uniform(-1, 1, 12)), rng.uniform(0, 2 * np.pi, 12)], axis=-1)
-    told = kc.image_counts(OBSERVER, stars, 2, find=False, end=end)
+    reported = kc.image_counts(OBSERVER, stars, 2, find=False, end=end)
     found = kc.image_counts(OBSERVER, stars, 2, end=end)
-    assert found.certified.all() and not told.certified.any()
-    np.testing.assert_array_equal(found.counts, told.counts)
+    assert found.certified.all() and not reported.certified.any()
+    np.testing.assert_array_equal(found.counts, reported.counts)
     # Seen directly.
     assert (found.counts[:, 0] >= 1).all()
     middle = kc.count_map(OBSERVER, 2, 30, end=end)
@@ -299,10 +299,10 @@ def test_commands_take_an_observer(tmp_path, capsys):
 @pytest.mark.slow
 @pytest.mark.parametrize("inclination", [0.0, math.pi])
 def test_on_the_spin_axis(inclination):
-    """Where any azimuth will do: nothing jumps, and both counts agree."""
+    """On the axis, where any azimuth will do: nothing jumps, and both counts agree."""
     observer, beside = (kc.Observer(spin=0.9, inclination=abs(inclination - tilt)) for tilt in (0.0, 1e-7))
-    found, told = (kc.image_counts(observer, STARS, 2, find=find, end=6.0) for find in (True, False))
-    assert found.certified.all() and (found.counts == told.counts).all()
+    found, reported = (kc.image_counts(observer, STARS, 2, find=find, end=6.0) for find in (True, False))
+    assert found.certified.all() and (found.counts == reported.counts).all()
     images, others = (kc.star_images(one, STARS[0], 2, end=6.0) for one in (observer, beside))
     np.testing.assert_allclose(images.sky, others.sky, atol=1e-5)
     np.testing.assert_allclose(images.time, others.time, atol=1e-5)

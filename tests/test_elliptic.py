@@ -40,7 +40,7 @@ def test_first_kind_with_a_complex_pair():
 
 
 def test_beyond_half_a_period_of_the_first_kind():
-    """Where the smallest root has changed its sign, the integral is the whole period less the one before."""
+    """After the smallest root has changed its sign, the integral is the whole period less the one before."""
     x, y, z = 1.7, 2.9, 0.3
     here = triple(x, y, z)
     beyond = elliptic.Triple(here.root, jnp.asarray(math.sqrt(y) - math.sqrt(z)), -here.root_product)

@@ -115,8 +115,8 @@ def test_views_hold_what_the_package_gives():
     record, arrays = read(answer(*question(asked("full"))).encoded())
     caustics, images = kc.caustics(STATE.camera(), 2), kc.star_images(STATE.camera(), STATE.star(), 1)
     assert record["quality"] == "full" and record["id"] == 7
-    for told, caustic in zip(record["caustics"], caustics, strict=True):
-        assert told["circuits"] == caustic.circuits and told["error"] == math.degrees(caustic.error)
+    for reported, caustic in zip(record["caustics"], caustics, strict=True):
+        assert reported["circuits"] == caustic.circuits and reported["error"] == math.degrees(caustic.error)
         assert np.allclose(arrays[f"critical{caustic.order}"], caustic.sky, atol=1e-7, rtol=0)
         assert np.allclose(arrays[f"caustic{caustic.order}"], np.degrees(caustic.celestial), atol=0, rtol=1e-7)
     assert record["images"]["sky"] == images.sky.tolist() and record["images"]["certified"] is images.certified
@@ -259,12 +259,12 @@ def test_what_cannot_be_answered_is_refused_by_its_number():
 
 def test_work_that_lasts_is_reported():
     """Between its stages and while programs are compiled, from another thread."""
-    work, told = Work(), []
-    with work.reported(lambda message: told.append(message.record)):
+    work, reported = Work(), []
+    with work.reported(lambda message: reported.append(message.record)):
         time.sleep(FIRST + 0.2)
         message, data = work.answered(question(asked("full", spin=0.71)))
-    assert told[0]["stage"] == "waiting for other pages" and told[0]["id"] is None
-    assert [record["seconds"] for record in told] == sorted(record["seconds"] for record in told)
+    assert reported[0]["stage"] == "waiting for other pages" and reported[0]["id"] is None
+    assert [record["seconds"] for record in reported] == sorted(record["seconds"] for record in reported)
     assert message.record["id"] == work.number == 7 and read(data)[0]["quality"] == "full"
     assert work.progress().record["stage"] == "images of the star"
     assert read(work.answered((8, "star", None, None))[1])[0]["line"].startswith("This could not be found")
@@ -333,11 +333,11 @@ def test_work_is_told_while_it_lasts(address):
     with opened(address) as socket:
         socket.recv()
         socket.send(asked("full", spin=0.987, orders=4))
-        told = []
-        while not told or told[-1]["kind"] == "progress":
-            told.append(read(socket.recv(timeout=300))[0])
-    assert told[-1]["kind"] == "view" and len(told) > 1
-    assert {(record["id"], record["want"]) for record in told} == {(7, "full")}
+        reported = []
+        while not reported or reported[-1]["kind"] == "progress":
+            reported.append(read(socket.recv(timeout=300))[0])
+    assert reported[-1]["kind"] == "view" and len(reported) > 1
+    assert {(record["id"], record["want"]) for record in reported} == {(7, "full")}
 
 
 def test_tokens_in_files_last(tmp_path):
@@ -361,11 +361,11 @@ def test_newest_question_wins_and_garbage_is_answered(address):
         assert [read(socket.recv())[0]["kind"] for _ in range(2)] == ["refusal", "refusal"]
         for number in range(100):
             socket.send(json.dumps({"id": number, "want": "star", "state": STATE.record() | {"phi": float(number)}}))
-        told = []
-        while not told or told[-1] != 99:
+        reported = []
+        while not reported or reported[-1] != 99:
             record = read(socket.recv(timeout=60))[0]
-            told += [record["id"]] * (record["kind"] != "progress")
-        assert len(told) < 100 and told == sorted(told)
+            reported += [record["id"]] * (record["kind"] != "progress")
+        assert len(reported) < 100 and reported == sorted(reported)
 
 
 def test_floods_and_huge_messages_end_the_connection(address):
@@ -377,9 +377,9 @@ def test_floods_and_huge_messages_end_the_connection(address):
                 socket.send(text)
             while True:
                 socket.recv(timeout=20)
-        told = closed.value.rcvd
+        reported = closed.value.rcvd
         # uvicorn before 0.54 ends a connection whose message is too long without saying why.
-        assert told.code == code if told else (code == 1009 and Version(version("uvicorn")) < Version("0.54"))
+        assert reported.code == code if reported else (code == 1009 and Version(version("uvicorn")) < Version("0.54"))
     with opened(address) as socket:
         assert read(socket.recv())[0]["kind"] == "greeting"
 

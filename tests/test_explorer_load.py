@@ -26,8 +26,8 @@ def record_of(data):
     return json.loads(data[8 : 8 + int.from_bytes(data[4:8], "little")])
 
 
-async def drags(connected, number, end, told):
-    """One who drags a star, and goes on to another event now and then."""
+async def drags(connected, number, end, reported):
+    """A client that drags a star, and goes on to another event now and then."""
     async with connected() as socket:
         await socket.recv()
         step = 0
@@ -40,13 +40,13 @@ async def drags(connected, number, end, told):
             while record["kind"] == "progress":
                 record = record_of(await asyncio.wait_for(socket.recv(), 300))
             assert record["id"] == step and record["kind"] == "view" and record["state"] == state.record()
-            told.append((state, record["images"], time.monotonic() - asked))
+            reported.append((state, record["images"], time.monotonic() - asked))
             step += 1
             await asyncio.sleep(0.15)
 
 
 async def spoils(connected, end, wrong):
-    """One who sends what makes no sense, and comes with wrong tokens, from elsewhere."""
+    """A client that sends nonsense, and comes with wrong tokens, from elsewhere."""
     from websockets.exceptions import WebSocketException
 
     step = 0
@@ -74,7 +74,7 @@ def test_twenty_clients_keep_their_answers():
             token, origin = (own | given).values()
             return connect(f"ws://{place.netloc}/channel?token={token}", origin=origin, compression=None)
 
-        told, memory = [], []
+        reported, memory = [], []
 
         async def watched(end):
             while time.monotonic() < end:
@@ -84,18 +84,18 @@ def test_twenty_clients_keep_their_answers():
         async def everything():
             end = time.monotonic() + SECONDS
             wrong = [{}, {"token": "guess"}, {"origin": "http://elsewhere"}, {"origin": None}]
-            good = [drags(connected, number, end, told) for number in range(CLIENTS)]
+            good = [drags(connected, number, end, reported) for number in range(CLIENTS)]
             await asyncio.gather(*good, *(spoils(connected, end, wrong) for _ in range(4)), watched(end))
 
         asyncio.run(everything())
         assert process.poll() is None
-    waits = sorted(seconds for *_, seconds in told)
+    waits = sorted(seconds for *_, seconds in reported)
     half = len(memory) // 2
     middle, late = waits[len(waits) // 2], waits[int(0.95 * len(waits))]
-    print(f"{len(told)} answers; waited {middle:.3f} s (median), {late:.3f} s (95 %)")
+    print(f"{len(reported)} answers; waited {middle:.3f} s (median), {late:.3f} s (95 %)")
     print(f"memory {memory[half]:.0f} MB half way, {memory[-1]:.0f} MB at the end")
     # What is kept fills up in the first half.
     assert max(memory[half:]) < 1.1 * memory[half] + 20
-    for state, images, _ in told[:: len(told) // 40]:
+    for state, images, _ in reported[:: len(reported) // 40]:
         found = kc.star_images(state.camera(), state.star(), state.max_index)
         assert images["per_index"] == list(found.per_index.values()) and images["certified"] == found.certified

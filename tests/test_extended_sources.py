@@ -195,11 +195,11 @@ def test_curves_are_drawn_saved_and_told(tmp_path):
 def test_command_says_what_the_function_returns(capsys, tmp_path):
     line = "magnification --spin 0.9 --radius 10 --star 80 166 --size 1 --max-index 1 --profile linear:0.5"
     status, out, _ = run(capsys, *line.split(), "--json", "-", "--figure", str(tmp_path / "shapes.png"))
-    told = json.loads(out)
+    printed = json.loads(out)
     camera = kc.Camera(0.9, 10.0)
     star = math.radians(80), math.radians(166)
     seen = kc.magnification(camera, star, math.radians(1), max_index=1, profile=("linear", 0.5))
-    assert status == 0 and told["total"] == pytest.approx(seen.total, rel=1e-12)
+    assert status == 0 and printed["total"] == pytest.approx(seen.total, rel=1e-12)
     assert (tmp_path / "shapes.png").stat().st_size > 10_000
 
 

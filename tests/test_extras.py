@@ -47,7 +47,7 @@ for call in {calls}:
 
 @pytest.fixture(scope="module")
 def complaints(tmp_path_factory):
-    """What each call says in a process without any of the packages."""
+    """The message of each call in a process without any of the packages."""
     packages = ["starlette", "uvicorn", "websockets", *(name.replace("-", "_") for name, _ in CALLS.values())]
     program = PROGRAM.format(packages=packages, calls=list(CALLS))
     place = {"cwd": tmp_path_factory.mktemp("run"), "env": {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}}

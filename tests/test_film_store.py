@@ -54,7 +54,7 @@ def interrupted(path, at, error=KeyboardInterrupt):
 
 
 def gone_on(path, scene=GOOD, **options):
-    """What a film that is started again does, and the frames that it draws."""
+    """The result of a film that is started again, and the frames that it draws."""
     fresh = replace(scene, drawn=[])
     return make_film(path, scene_film(fresh), **options), fresh.drawn
 
@@ -68,12 +68,12 @@ def test_a_film_goes_on_and_ends_up_the_same(path, whole):
     assert [file.name for file in path.parent.iterdir()] == [f".{path.name}.frames"]
     for half in (frames_folder(path) / ".000007.png.x.part", path.parent / f".{path.name}.x.part"):
         half.write_bytes(b"half")
-    told = []
-    result, drawn = gone_on(path, progress=lambda *what: told.append(what))
+    reported = []
+    result, drawn = gone_on(path, progress=lambda *what: reported.append(what))
     assert drawn == list(range(7, 12)) and path.read_bytes() == whole
     assert (result.frames, result.reused, result.drawn, result.failed, result.output) == (12, 7, 5, 0, path)
     # What was there before comes first, in one step: else nobody can tell the time left.
-    assert told[0] == ("7 of 12 frames", 7 / 12) and told[-1] == ("done", 1.0)
+    assert reported[0] == ("7 of 12 frames", 7 / 12) and reported[-1] == ("done", 1.0)
     assert list(path.parent.iterdir()) == [path]
 
 
@@ -121,10 +121,10 @@ def test_a_frame_that_fails_costs_no_other(path, whole):
     assert drawn == list(range(12)) and result.output is None and not path.exists()
     assert (result.drawn, result.reused, result.failed) == (10, 0, 2)
     assert result.failures[0] == "frame 3: RuntimeError: the sky is falling on 3"
-    told = (
+    reported = (
         "2 of 12 frames failed: frame 3: RuntimeError: the sky is falling on 3. So did frame 5. The other 10 are kept"
     )
-    assert result.complaint.startswith(told)
+    assert result.complaint.startswith(reported)
     result, drawn = gone_on(path)
     assert drawn == [3, 5] and result.reused == 10 and path.read_bytes() == whole
 
@@ -132,14 +132,14 @@ def test_a_frame_that_fails_costs_no_other(path, whole):
 def test_frames_of_a_changed_scene_are_kept_and_what_differs_is_told(path, whole):
     interrupted(path, 7)
     kept = {file.name: file.read_bytes() for file in frames_folder(path).iterdir()}
-    for scene, quality, told in (
+    for scene, quality, reported in (
         (replace(GOOD, speed=5), None, "scene.speed: 5 here, 6 there"),
         (GOOD, "draft", 'quality: "draft" here, "normal" there'),
         (replace(GOOD, frames=9, size=(2, 4)), None, "scene.frames: 9 here, 12 there; scene.size[0]: 2 here, 96 th"),
     ):
         with pytest.raises(ValueError, match="of another film") as error:
             make_film(path, scene_film(scene, quality))
-        assert told in str(error.value) and "--restart" in str(error.value) and str(error.value).count("\n") == 0
+        assert reported in str(error.value) and "--restart" in str(error.value) and str(error.value).count("\n") == 0
     (frames_folder(path) / "film.json").write_text("[")
     with pytest.raises(ValueError, match=r"film.json cannot be read"):
         gone_on(path, replace(GOOD, speed=5))
@@ -178,11 +178,11 @@ def test_one_film_at_a_time(path):
 
 
 def test_bad_places_are_refused(path):
-    for options, told in (
+    for options, reported in (
         ({"workers": 0}, "Argument `workers` must be 1 or more"),
         ({"workers": 2, "scheduler": "tcp://x:1"}, "only one of them"),
     ):
-        with pytest.raises(ValueError, match=told):
+        with pytest.raises(ValueError, match=reported):
             gone_on(path, **options)
     assert list(path.parent.iterdir()) == []
 
@@ -263,12 +263,12 @@ def test_command_refuses_a_changed_scene(path, scenes, capsys):
 
 
 @pytest.mark.parametrize(
-    ("size", "told"), [((96, 47), "height must be even for a film, but is 47"), ((95, 48), "width")]
+    ("size", "reported"), [((96, 47), "height must be even for a film, but is 47"), ((95, 48), "width")]
 )
-def test_odd_sizes_are_one_line_before_any_frame_is_drawn(size, told, path, scenes, capsys):
+def test_odd_sizes_are_one_line_before_any_frame_is_drawn(size, reported, path, scenes, capsys):
     status, out, err = run(capsys, "film", scenes(json.dumps({"size": size})), "--output", path)
     assert (status, out) == (2, "") and err.count("\n") == 1
-    assert f"Scene bar.toml: view.{told}" in err and not frames_folder(path).exists()
+    assert f"Scene bar.toml: view.{reported}" in err and not frames_folder(path).exists()
 
 
 @pytest.mark.parametrize(

@@ -128,7 +128,7 @@ def test_a_film_tells_its_progress_as_other_calls_do(tmp_path, monkeypatch):
 
 
 def timed_film(tmp_path, monkeypatch, seconds, frames, workers=1, late=2):
-    """What is announced, and the estimates of the time left with the true ones: frames of so many seconds each.
+    """Announcements, and the estimates of the time left with the true ones: frames of so many seconds each.
 
     late: the round of frames in which the processes compile once more.
     """

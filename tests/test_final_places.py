@@ -1,4 +1,4 @@
-"""What a result says of a place on the camera sky belongs to that place, and its error to the sky that it is given on.
+"""Numbers of a place on the camera sky belongs to that place, and its error to the sky that it is given on.
 
 Every analysis is traced anew at the places that it returns. Aberration stretches the sky of the camera at rest, and
 with it the errors: here by differences of directions that are displaced there.

@@ -208,9 +208,9 @@ def test_no_jump_at_the_camera_s_radius():
 def test_counts_of_images_that_are_found_are_those_of_the_caustics(end):
     """Within the camera's radius the images come from changed places, the counts from its own caustics."""
     found = kc.image_counts(CAMERA, STARS, 2, end=end)
-    told = kc.image_counts(CAMERA, STARS, 2, end=end, find=False)
+    reported = kc.image_counts(CAMERA, STARS, 2, end=end, find=False)
     assert found.certified.all()
-    np.testing.assert_array_equal(found.counts, told.counts)
+    np.testing.assert_array_equal(found.counts, reported.counts)
 
 
 @pytest.mark.slow

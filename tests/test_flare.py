@@ -123,6 +123,6 @@ LIGHT = np.ones((4, 4, 3))
     ],
 )
 def test_bad_input_is_one_line(make, words):
-    with pytest.raises(ValueError, match=words) as told:
+    with pytest.raises(ValueError, match=words) as reported:
         make()
-    assert "\n" not in str(told.value)
+    assert "\n" not in str(reported.value)

@@ -33,7 +33,7 @@ def made(tmp_path):
 
 
 @pytest.fixture
-def told(made, capsys):
+def reported(made, capsys):
     """Compares a record with one that has changes: the status, and the lines on entries that are not equal."""
 
     def compared(renamed=(), passing=None, **changes):
@@ -44,24 +44,24 @@ def told(made, capsys):
     return compared
 
 
-def test_what_is_the_same_is_equal_whatever_time_it_took(told):
-    assert told(seconds=9.0) == (0, [])
+def test_what_is_the_same_is_equal_whatever_time_it_took(reported):
+    assert reported(seconds=9.0) == (0, [])
 
 
-def test_a_changed_number_is_told_in_units_of_its_error(told):
-    assert told(azimuth=AZIMUTH + STEP) == (1, ["api: azimuth: at most 2e-06 off, in 1 of 3, 2 of the error"])
+def test_a_changed_number_is_told_in_units_of_its_error(reported):
+    assert reported(azimuth=AZIMUTH + STEP) == (1, ["api: azimuth: at most 2e-06 off, in 1 of 3, 2 of the error"])
 
 
-def test_a_change_in_the_last_bit_is_told(told):
-    status, (line,) = told(error=ERROR * (1 + 2**-52))
+def test_a_change_in_the_last_bit_is_told(reported):
+    status, (line,) = reported(error=ERROR * (1 + 2**-52))
     assert status == 1 and line.startswith("api: error: at most 2")
 
 
 @pytest.mark.parametrize(
     ("passing", "status"), [(Passing(errors=3), 0), (Passing(errors=1), 1), (Passing(within=2e-6), 0)]
 )
-def test_differences_within_what_is_given_pass(passing, status, told):
-    assert told(passing=passing, azimuth=AZIMUTH + STEP)[0] == status
+def test_differences_within_what_is_given_pass(passing, status, reported):
+    assert reported(passing=passing, azimuth=AZIMUTH + STEP)[0] == status
 
 
 def test_errors_in_radians_are_those_of_angles_in_degrees():
@@ -70,45 +70,45 @@ def test_errors_in_radians_are_those_of_angles_in_degrees():
     assert error_of(fields, ("error_rad",), fields[("error_rad",)]) is None
 
 
-def test_nan_where_there_was_a_number_never_passes(told):
-    assert told(passing=Passing(1.0, 1e9), azimuth=np.array([0.5, np.nan, np.nan]))[0] == 1
+def test_nan_where_there_was_a_number_never_passes(reported):
+    assert reported(passing=Passing(1.0, 1e9), azimuth=np.array([0.5, np.nan, np.nan]))[0] == 1
 
 
 @pytest.mark.parametrize("indices", [[0, 2], [0, 1, 1]])
-def test_whole_numbers_do_not_pass(indices, told):
+def test_whole_numbers_do_not_pass(indices, reported):
     event = {"kind": "PairEvent", "fields": {"time": 2.0, "indices": {"tuple": indices}}}
-    status, (line,) = told(passing=Passing(10.0, 10.0), events={"tuple": [event]})
+    status, (line,) = reported(passing=Passing(10.0, 10.0), events={"tuple": [event]})
     assert status == 1 and line.startswith("api: events[].indices: ")
 
 
-def test_fields_that_are_gone_and_new_are_told(told):
+def test_fields_that_are_gone_and_new_are_told(reported):
     event = {"kind": "Event", "fields": {"moment": 2.0, "indices": {"tuple": [0, 1]}}}
     expected = ["api:", "events[].time: gone", "events[].moment: new", "class PairEvent -> Event (passes)"]
-    assert told(events={"tuple": [event]}) == (1, expected)
+    assert reported(events={"tuple": [event]}) == (1, expected)
 
 
 @pytest.mark.parametrize("names", [["PairEvent.time=moment"], ["events.time=moment"], ["time=", "=moment"]])
-def test_fields_and_classes_with_new_names_are_the_same(names, told):
+def test_fields_and_classes_with_new_names_are_the_same(names, reported):
     event = {"kind": "Event", "fields": {"moment": 2.0, "indices": {"tuple": [0, 1]}}}
-    assert told([*names, "PairEvent=Event"], events={"tuple": [event]}) == (0, [])
+    assert reported([*names, "PairEvent=Event"], events={"tuple": [event]}) == (0, [])
 
 
-def test_a_field_is_not_renamed_elsewhere(told):
-    assert told(["StarTracks.time=moment"]) == (0, [])
+def test_a_field_is_not_renamed_elsewhere(reported):
+    assert reported(["StarTracks.time=moment"]) == (0, [])
 
 
-def test_a_list_of_another_length_is_told(told):
-    status, lines = told(events={"tuple": [EVENT, EVENT]})
+def test_a_list_of_another_length_is_told(reported):
+    status, lines = reported(events={"tuple": [EVENT, EVENT]})
     assert status == 1 and "events.length: at most 1 off, in 1 of 1" in lines
 
 
-def test_a_changed_text_is_told(told):
-    assert told(says="no pairs") == (1, ["cli: json.says: 'none' -> 'no pairs'"])
+def test_a_changed_text_is_told(reported):
+    assert reported(says="no pairs") == (1, ["cli: json.says: 'none' -> 'no pairs'"])
 
 
-def test_more_beams_are_told_and_fewer_requests_pass(told):
+def test_more_beams_are_told_and_fewer_requests_pass(reported):
     cost = {"requests": 2, "rays": 0, "beams": 41}
-    assert told(cost=cost) == (1, ["api:", "equal to the bit", "requests: 3 -> 2 (passes)", "beams: 40 -> 41"])
+    assert reported(cost=cost) == (1, ["api:", "equal to the bit", "requests: 3 -> 2 (passes)", "beams: 40 -> 41"])
 
 
 @pytest.mark.parametrize(("factor", "status"), [(1.1, 0), (1.01, 1)])

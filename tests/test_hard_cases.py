@@ -18,7 +18,7 @@ HONEST = 10.0
 
 
 def request(case: dict) -> str:
-    """What cases that are traced together share."""
+    """The settings that cases share which are traced together."""
     return json.dumps([case[name] for name in ("engine", "spin", "radius", "inclination", "velocity", "end")])
 
 

@@ -185,9 +185,9 @@ def test_images_of_a_spot_are_born_where_beams_vanish():
     ],
 )
 def test_bad_input_is_one_line(ask, words):
-    with pytest.raises(ValueError, match=words) as told:
+    with pytest.raises(ValueError, match=words) as reported:
         ask()
-    assert "\n" not in str(told.value)
+    assert "\n" not in str(reported.value)
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""What is kept between calls belongs to a place: another velocity, or another emitter, finds all of it there."""
+"""Results kept between calls belong to a place: another velocity, or another emitter, finds all of them there."""
 
 import math
 import sys
@@ -25,7 +25,7 @@ IN_PLANE = [lambda c=c: in_plane(*c) for c in (("static", "circular"), ("static"
 
 
 def misses():
-    """How often each cache of the rooms of the lens map, curves, images and tracks has had to compute what it keeps."""
+    """The number of misses of each cache of the rooms of the lens map, curves, images and tracks."""
     rooms = tuple(f"kerrcaustics.{room}" for room in ("lens_map", "curves", "images", "tracks"))
     modules = [module for name, module in sys.modules.items() if name.startswith(rooms)]
     caches = {

@@ -23,7 +23,7 @@ import psutil
 import pytest
 from command_line import run
 from filming import MovingBar
-from killing import GUARD, dask, kill_at_random, scheduler, told, workers_of
+from killing import GUARD, dask, kill_at_random, reported, scheduler, workers_of
 from sweeping import PLAIN, files, opened, written
 
 from kerrcaustics.films.film import frames_folder, make_film
@@ -78,7 +78,7 @@ class Work:
 
 
 def check_film(work, process):
-    out = told(process)
+    out = reported(process)
     assert process.returncode == 0 and out.splitlines()[-1] == f"Film: {work.target}", out
     assert all("frames" in line for line in out.splitlines()[:-1]), out
     assert work.target.read_bytes() == work.good
@@ -87,7 +87,7 @@ def check_film(work, process):
 
 def check_sweep(work, process):
     """The points inside the horizon failed, and no others."""
-    out = told(process)
+    out = reported(process)
     assert process.returncode == 1 and "kerrcaustics: 8 of 64 points failed." in out, out
     lines = out.splitlines()
     assert len(lines) == 11 and sum(line.startswith("failed: ") for line in lines) == 8, out
@@ -196,7 +196,7 @@ def test_an_interrupt_is_one_line_and_ends_the_workers(arguments, work, tmp_path
     workers = workers_of(process)
     # As a terminal does: to all of them.
     os.killpg(process.pid, signal.SIGINT)
-    out = told(process)
+    out = reported(process)
     words = re.fullmatch(rf"kerrcaustics: Interrupted: {work.interrupted}; start again to go on\.\n", out)
     assert process.returncode == 130 and words, out
     assert not words.groups() or 1 <= int(words[1]) <= work.done(work.target)
@@ -235,18 +235,18 @@ def test_a_film_that_is_killed_while_it_is_written_ends_up_the_same(tmp_path, go
 def test_a_frame_that_kills_its_process_is_told_and_costs_no_other(tmp_path):
     film = film_in(tmp_path, frames=6, kills=[2])
     process = film.start("--workers", 2, env={**os.environ, "DEATHS": "3"})
-    out = told(process)
+    out = reported(process)
     assert process.returncode == 1 and out.count("\n") == 1 and frames_done(film.target) == 5
     line = "1 of 6 frames failed: frame 2: the process that drew it died each time (too little memory?). The other 5"
     assert line in out
 
 
 def test_a_file_that_cannot_grow_is_one_line(tmp_path, good_film):
-    """What the system allows a file stands for a disk that is full: frames find room, the film does not."""
+    """The limit of the system on a file stands for a disk that is full: frames find room, the film does not."""
     film, limit = film_in(tmp_path, good_film), 20_000
     assert len(good_film) > limit
     process = film.start(preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
-    out = told(process)
+    out = reported(process)
     assert process.returncode == 1 and out.count("\n") == 1, out
     assert f"The film {film.target} cannot be written: File too large. Frames that are drawn are kept in" in out
     assert frames_done(film.target) == FRAMES
@@ -262,7 +262,7 @@ def test_workers_that_are_always_killed_end_the_sweep_which_goes_on_later(sweep)
             with suppress(psutil.NoSuchProcess):
                 worker.kill()
         time.sleep(0.05)
-    out = told(process)
+    out = reported(process)
     assert process.returncode == 1 and out.count("\n") == 1
     assert out.startswith("kerrcaustics: Workers died 40 times without computing anything (too little memory?): ")
     sweep.check_partly_done()
@@ -273,7 +273,7 @@ def test_points_that_kill_their_process_are_told_and_cost_no_other(tmp_path):
     scene = written(tmp_path, "spin = [0.5, 0.9]\nradius = [3, 13]\norders = 1\nblock = 1\n", "deadly.toml")
     work = replace(sweep_in(tmp_path, QUICK), scene=scene)
     process = work.start("--workers", 2, env={**os.environ, "DEATHS": "3"})
-    out = told(process)
+    out = reported(process)
     lines = out.splitlines()
     assert process.returncode == 1 and lines[-1] == "kerrcaustics: 2 of 4 points failed.", out
     reason = "the process that computed it died each time (too little memory?)"
@@ -285,7 +285,7 @@ def test_a_cluster_that_goes_away_ends_the_sweep_which_goes_on_later(tmp_path, s
     with scheduler(tmp_path) as address, dask(tmp_path, "worker", "--nthreads", 1, "--preload", *QUICK):
         process = sweep.start("--scheduler", address)
         sweep.wait_for_more(process)
-    out = told(process)
+    out = reported(process)
     assert process.returncode == 1 and out.count("\n") == 1
     assert out.startswith("kerrcaustics: The Dask scheduler went away: the sweep ended. What its store holds is kept;")
     sweep.check_partly_done()

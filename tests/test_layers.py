@@ -66,7 +66,7 @@ AT_ONCE = [
 
 
 def imported_stages(module: Path) -> set[str]:
-    """What follows `kerrcaustics.` in the imports of a module, also of those inside its functions."""
+    """The names after `kerrcaustics.` in the imports of a module, also of those inside its functions."""
     names = []
     for node in ast.walk(ast.parse((PACKAGE / module).read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):

@@ -129,7 +129,7 @@ def with_another(path, made, name, other):
 
 
 def check_types(kind, path):
-    """What loads is of a type that the field declares."""
+    """A loaded value is of a type that the field declares."""
     made, refusals = example(kind, 2), 0
     for name, hint in get_type_hints(kind).items():
         if name not in stored(kind) or name.startswith("_"):
@@ -168,10 +168,10 @@ def test_lengths_of_arrays_belong_together(path):
 
 
 @pytest.mark.parametrize(
-    ("name", "wrong", "told"), [("error", np.zeros(4), "another length"), ("certified", "yes", "another type")]
+    ("name", "wrong", "reported"), [("error", np.zeros(4), "another length"), ("certified", "yes", "another type")]
 )
-def test_what_would_not_load_is_not_saved(name, wrong, told, path):
-    with pytest.raises(ValueError, match=rf"must hold what it declares, but StarImages\.{name} .*{told}\."):
+def test_what_would_not_load_is_not_saved(name, wrong, reported, path):
+    with pytest.raises(ValueError, match=rf"must hold what it declares, but StarImages\.{name} .*{reported}\."):
         kc.save(path, replace(example(kc.StarImages, 3), **{name: wrong}))
     assert not path.exists()
 
@@ -210,19 +210,19 @@ def test_what_the_header_does_not_name_is_not_read(path):
 
 
 def huge(shape, kind="<f8"):
-    """What an array says of itself, however large."""
+    """The header of an array, however large."""
     content = io.BytesIO()
     np.lib.format.write_array_header_1_0(content, {"descr": kind, "fortran_order": False, "shape": shape})
     return content.getvalue()
 
 
 @pytest.mark.parametrize("says", [(10**12, 3), (6_000_000, 3)])
-@pytest.mark.parametrize("told", [True, False], ids=["in the header", "not in the header"])
-def test_an_array_is_unpacked_only_where_it_is_what_it_says(says, told, path):
+@pytest.mark.parametrize("reported", [True, False], ids=["in the header", "not in the header"])
+def test_an_array_is_unpacked_only_where_it_is_what_it_says(says, reported, path):
     """The header of the file, the array's own preamble, and the member's length: each may claim much."""
     kc.save(path, example(Cusp, 1))
     head = head_of(path)
-    head["result"]["fields"]["sky"].update({"shape": list(says)} if told else {})
+    head["result"]["fields"]["sky"].update({"shape": list(says)} if reported else {})
     rewritten(path, head)
     parts = members(path)
     for content in (huge(says), huge((3,)) + bytes(20_000_000), huge(says) + bytes(20_000_000)):

@@ -32,8 +32,8 @@ def test_rates_are_those_of_the_places(orbit):
 
 def test_a_circle_is_the_geodesic_that_it_is():
     radius, spin, time = 8.0, 0.9, np.linspace(0, 500, 7)
-    told = kc.Orbit.function(lambda t: (radius, math.pi / 2, t / (radius**1.5 + spin)))
-    circle, other = (orbit.about(spin, (0.0, 500.0)).at(time) for orbit in (orbit_of("orbit", radius), told))
+    reported = kc.Orbit.function(lambda t: (radius, math.pi / 2, t / (radius**1.5 + spin)))
+    circle, other = (orbit.about(spin, (0.0, 500.0)).at(time) for orbit in (orbit_of("orbit", radius), reported))
     assert np.abs(circle.vector - other.vector).max() < 1e-10
     u_t = kc.Camera(spin, radius, velocity="circular").clock_rate
     assert clock_rates(spin, circle) == pytest.approx(u_t**-2, rel=1e-11)

@@ -139,13 +139,13 @@ def test_degrees_in_the_place_of_radians_are_told(code):
 
 
 @pytest.mark.parametrize(
-    ("inclination", "told"), [("1.5708", True), ("1.047", True), ("1.5", False), ("1.05", False), ("3", False)]
+    ("inclination", "reported"), [("1.5708", True), ("1.047", True), ("1.5", False), ("1.05", False), ("3", False)]
 )
-def test_radians_in_the_place_of_degrees_are_noted(inclination, told, capsys):
+def test_radians_in_the_place_of_degrees_are_noted(inclination, reported, capsys):
     # The wrong velocity ends the command before anything is traced.
     arguments = ("caustics", "--spin", "0.9", "--radius", "10", "--inclination", inclination, "--velocity", "circular")
     _, _, err = run(capsys, *arguments)
-    assert ("Note: --inclination is in degrees" in err) == told
+    assert ("Note: --inclination is in degrees" in err) == reported
 
 
 def test_radians_in_the_place_of_degrees_are_a_remark_on_a_scene(tmp_path):

@@ -55,7 +55,7 @@ def links(page):
 
 
 def anchors(page):
-    """What can be linked to on a page: its headings, as they are on the web."""
+    """The anchors of a page: its headings, as they are on the web."""
     heads = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", head).strip().lower().replace(" ", "-") for head in heads}
 
@@ -154,9 +154,9 @@ def site(tmp_path_factory):
 def test_reference_and_commands_are_complete(site):
     text = (site / "api.html").read_text(encoding="utf-8")
     assert str(ROOT) not in text and "&lt;module" not in text
-    told = (site / "commands.html").read_text(encoding="utf-8")
+    reported = (site / "commands.html").read_text(encoding="utf-8")
     names = [name for name in app if not name.startswith("-")]
-    assert len(names) > 10 and all(f'id="cyclopts-kerrcaustics-{name}"' in told for name in names)
+    assert len(names) > 10 and all(f'id="cyclopts-kerrcaustics-{name}"' in reported for name in names)
 
 
 def test_a_page_that_is_too_wide_is_noticed(tmp_path):

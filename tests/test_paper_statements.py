@@ -1,4 +1,4 @@
-"""What JTFT states about its figures, checked; docs/figures_of_the_paper.md has where the other tests of it are."""
+"""Statements of JTFT about its figures, checked; docs/figures_of_the_paper.md has where the other tests of it are."""
 
 import math
 
@@ -25,7 +25,7 @@ def winding(picture):
 
 @pytest.mark.slow
 def test_without_spin_a_star_has_one_image_on_each_side_of_the_ring():
-    """One image of index 0 outside the Einstein ring, one of index 1 inside, on opposite sides of the shadow."""
+    """An image of index 0 outside the Einstein ring, one of index 1 inside, on opposite sides of the shadow."""
     camera = kc.Camera(0.0, 6.03, velocity="fiducial")
     # The ring is the circle of rays that turn through 180 degrees: its impact parameter is 6.4936.
     ring = math.asin(6.493_636 * math.sqrt(1 - 2 / camera.radius) / camera.radius)

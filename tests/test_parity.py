@@ -28,14 +28,14 @@ def test_every_analysis_has_a_row():
     functions = [name for name in names if name[0].islower()]
     first = {name: next(iter(signature(getattr(kc, name)).parameters)) for name in functions}
     # A pattern is the amplification of many sources.
-    told = {name for name, of in first.items() if of in VIEWER_FIRST} - {"diffraction_pattern"}
-    assert told == {*CALLS} - {"line_profile", *parity.PICTURES}
+    reported = {name for name, of in first.items() if of in VIEWER_FIRST} - {"diffraction_pattern"}
+    assert reported == {*CALLS} - {"line_profile", *parity.PICTURES}
 
 
 @pytest.mark.parametrize("analysis", CALLS)
 def test_signature_has_the_surfaces_of_the_table(analysis):
-    told = {parity.gaps_of(cell) for cell in CELLS if cell.analysis == analysis and cell.surface in parity.FINITE}
-    lacks = any("no `end`" in gaps for gaps in told)
+    reported = {parity.gaps_of(cell) for cell in CELLS if cell.analysis == analysis and cell.surface in parity.FINITE}
+    lacks = any("no `end`" in gaps for gaps in reported)
     answers = any(
         cell.analysis == analysis and cell.surface in parity.FINITE and not parity.refusal_of(cell) for cell in CELLS
     )
@@ -47,10 +47,10 @@ def test_signature_has_the_surfaces_of_the_table(analysis):
 def test_result_is_of_one_class_whose_fields_are_there(analysis):
     """But for the other classes, and for the fields that may be None, which stand in GAPS."""
     kind = parity.class_of(analysis)
-    told = {entry.what for entry in GAPS if analysis in entry.analyses}
+    reported = {entry.what for entry in GAPS if analysis in entry.analyses}
     others = {other.__name__ for other in parity.classes_of(analysis)} - {kind.__name__} - parity.ELSEWHERE
-    assert others == {what.removeprefix("class ") for what in told if what.startswith("class ")}
-    none = {name for what in told if what.startswith("None: ") for name in what.removeprefix("None: ").split(", ")}
+    assert others == {what.removeprefix("class ") for what in reported if what.startswith("class ")}
+    none = {name for what in reported if what.startswith("None: ") for name in what.removeprefix("None: ").split(", ")}
     asked = parity.ASKED if analysis in parity.ASKED_OF else set()
     assert parity.optional_fields(kind) - asked == none - asked
 
@@ -90,7 +90,7 @@ def _marked(cell: Cell):
 @pytest.mark.slow
 @pytest.mark.parametrize("cell", [_marked(cell) for cell in CELLS if not parity.refusal_of(cell)])
 def test_cell_holds_an_answer(cell):
-    gap, told = parity.gap_of(cell), parity.gaps_of(cell)
-    assert gap is None or gap in told, f"{cell}: {gap}, of which the table says {told or 'nothing'}"
+    gap, reported = parity.gap_of(cell), parity.gaps_of(cell)
+    assert gap is None or gap in reported, f"{cell}: {gap}, of which the table says {reported or 'nothing'}"
     if gap:
         raise Missing(gap)

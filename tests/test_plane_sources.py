@@ -166,7 +166,7 @@ def test_tracks_in_the_plane_hold_all_images(crossing, radius):
 
 
 def _passes(track, phi):
-    """How often a track passes an azimuth."""
+    """The number of times that a track passes an azimuth."""
     azimuth = np.append(track.azimuth, track.azimuth[0] + 2 * math.pi * track.turns) if track.closed else track.azimuth
     return int(np.abs(np.diff(np.floor((azimuth - phi) / (2 * math.pi)))).sum())
 

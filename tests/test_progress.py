@@ -16,20 +16,23 @@ VIEW = kc.pictures.View.toward_hole(CAMERA, width=16, height=9, field_of_view=1.
 GLOW = kc.disks.Volume(0.1, 6504.0, inner=5.0, outer=8.0)
 # The calls that take long, and a word of what they say is done.
 CALLS = {
-    "caustics": (lambda told: kc.caustics(CAMERA, 1, progress=told), "cusps and extremes"),
+    "caustics": (lambda heard: kc.caustics(CAMERA, 1, progress=heard), "cusps and extremes"),
     "caustics in the plane": (
-        lambda told: kc.caustics(CAMERA, 1, end=kc.EquatorialPlane(1), progress=told),
+        lambda heard: kc.caustics(CAMERA, 1, end=kc.EquatorialPlane(1), progress=heard),
         "order 1 of 1",
     ),
-    "caustic_tubes": (lambda told: kc.caustic_tubes(CAMERA, 1, [float("inf"), 20.0], progress=told), "tube 1 of 1"),
-    "star_images": (lambda told: kc.star_images(CAMERA, (1.1, 2.0), 0, progress=told), "sheets of the sky"),
-    "count_map": (lambda told: kc.count_map(CAMERA, 0, 4, end=kc.EquatorialPlane(1), progress=told), "circle 4 of 4"),
-    "star_tracks": (lambda told: kc.star_tracks(CAMERA.at_rest(), 1.3, 0, progress=told), "images followed"),
-    "follow_star": (lambda told: kc.follow_star([CAMERA, CAMERA], (1.1, 2.0), 0, progress=told), "camera 2 of 2"),
-    "isoradials": (lambda told: kc.isoradials(CAMERA, [9.0, 12.0], 1, 32, progress=told), "crossing 1 of 1: circle 2"),
-    "light_curve": (lambda told: kc.light_curve(CAMERA, 8.0, 8, crossings=2, progress=told), "crossing 2 of 2"),
-    "render": (lambda told: kc.render(CAMERA, VIEW, kc.skies.Checkerboard(), progress=told), "sky map"),
-    "render_volume": (lambda told: kc.pictures.render_volume(CAMERA, VIEW, GLOW, progress=told), "rays marched"),
+    "caustic_tubes": (lambda heard: kc.caustic_tubes(CAMERA, 1, [float("inf"), 20.0], progress=heard), "tube 1 of 1"),
+    "star_images": (lambda heard: kc.star_images(CAMERA, (1.1, 2.0), 0, progress=heard), "sheets of the sky"),
+    "count_map": (lambda heard: kc.count_map(CAMERA, 0, 4, end=kc.EquatorialPlane(1), progress=heard), "circle 4 of 4"),
+    "star_tracks": (lambda heard: kc.star_tracks(CAMERA.at_rest(), 1.3, 0, progress=heard), "images followed"),
+    "follow_star": (lambda heard: kc.follow_star([CAMERA, CAMERA], (1.1, 2.0), 0, progress=heard), "camera 2 of 2"),
+    "isoradials": (
+        lambda heard: kc.isoradials(CAMERA, [9.0, 12.0], 1, 32, progress=heard),
+        "crossing 1 of 1: circle 2",
+    ),
+    "light_curve": (lambda heard: kc.light_curve(CAMERA, 8.0, 8, crossings=2, progress=heard), "crossing 2 of 2"),
+    "render": (lambda heard: kc.render(CAMERA, VIEW, kc.skies.Checkerboard(), progress=heard), "sky map"),
+    "render_volume": (lambda heard: kc.pictures.render_volume(CAMERA, VIEW, GLOW, progress=heard), "rays marched"),
 }
 
 
@@ -37,12 +40,12 @@ CALLS = {
 @pytest.mark.parametrize("name", CALLS)
 def test_long_calls_tell_what_they_do(name):
     call, word = CALLS[name]
-    told = []
-    call(lambda *what: told.append(what))
-    parts = [part for _, part in told]
-    assert any(word in what for what, _ in told), told
+    reported = []
+    call(lambda *what: reported.append(what))
+    parts = [part for _, part in reported]
+    assert any(word in what for what, _ in reported), reported
     # Sheets that are kept from another call are half of the way.
-    assert parts == sorted(parts) and parts[0] <= 0.5 and told[-1] == ("done", 1.0)
+    assert parts == sorted(parts) and parts[0] <= 0.5 and reported[-1] == ("done", 1.0)
 
 
 @with_progress
@@ -58,15 +61,15 @@ def outer(count, progress=None):
 
 
 def test_steps_within_steps_are_parts_of_the_whole():
-    told = []
-    assert outer(2, progress=lambda *what: told.append(what)) == ["result", "result"]
-    assert told[:4] == [
+    reported = []
+    assert outer(2, progress=lambda *what: reported.append(what)) == ["result", "result"]
+    assert reported[:4] == [
         ("curve 1 of 2", 0.0),
         ("curve 1 of 2: line 1 of 2", 0.0),
         ("curve 1 of 2: line 1 of 2: halved", 0.125),
         ("curve 1 of 2: line 2 of 2", 0.25),
     ]
-    assert [part for _, part in told] == [0.0, 0.0, 0.125, 0.25, 0.375, 0.5, 0.5, 0.625, 0.75, 0.875, 1.0]
+    assert [part for _, part in reported] == [0.0, 0.0, 0.125, 0.25, 0.375, 0.5, 0.5, 0.625, 0.75, 0.875, 1.0]
 
 
 def test_without_a_listener_nothing_is_told(capsys):

@@ -18,7 +18,7 @@ ESCAPING = [ray for ray in REFERENCE if not ray["captured"]]
 
 
 def column(name: str) -> np.ndarray:
-    """One quantity of all escaping rays."""
+    """A quantity of all escaping rays."""
     return np.array([ray[name] for ray in ESCAPING])
 
 

@@ -1,4 +1,4 @@
-"""What a release says of itself in several files is one thing."""
+"""Facts of a release that stand in several files agree."""
 
 import json
 import re

@@ -30,7 +30,7 @@ def picture(grey):
 
 
 def leave(folder, name, grey=0, table=True, **content):
-    """What a study leaves in a folder."""
+    """The files that a study leaves in a folder."""
     folder.mkdir(exist_ok=True)
     entry = {"schema": f"kerrcaustics/study/{name}/1", "version": __version__, "machine": MACHINE}
     entry |= {"date": "2026-11-20T08:00:00+00:00", "about": ""} | content

@@ -165,8 +165,8 @@ def test_the_page_tells_every_public_result():
 
 
 def test_files_know_where_every_result_is_defined():
-    told = {f"kerrcaustics.{home}.{name}" for home, names in HOMES.items() for name in names.split()}
-    assert told == {f"{kind.__module__}.{kind.__name__}" for kind in KINDS}
+    reported = {f"kerrcaustics.{home}.{name}" for home, names in HOMES.items() for name in names.split()}
+    assert reported == {f"{kind.__module__}.{kind.__name__}" for kind in KINDS}
 
 
 def test_a_fresh_process_loads_what_is_no_public_name(tmp_path):

@@ -314,7 +314,7 @@ def fallen(spin, radius, degrees, velocity, heading, end):
 def test_geodesics_keep_energy_momentum_and_carters_constant(fall):
     found = fallen(*fall)
     assert found.error < 1e-9
-    spin, told = fall[0], []
+    spin, reported = fall[0], []
     for time in np.linspace(*found.span, 40):
         place = found.place(time)
         step = 1e-4
@@ -322,10 +322,10 @@ def test_geodesics_keep_energy_momentum_and_carters_constant(fall):
         slope = [math.remainder(b - a, math.pi) / (2 * step) for a, b in zip(before, after, strict=True)]
         if found.span[0] < time < found.span[1]:
             assert place[3:] == pytest.approx(slope, abs=1e-6)
-        told.append(constants(kc.Camera(spin, place.radius, place.theta, fido_velocity(spin, place))))
-    told = np.array(told)
-    assert np.abs(told[:, 0] + 1).max() < 1e-8
-    assert np.abs(told - told[0]).max() < 1e-7
+        reported.append(constants(kc.Camera(spin, place.radius, place.theta, fido_velocity(spin, place))))
+    reported = np.array(reported)
+    assert np.abs(reported[:, 0] + 1).max() < 1e-8
+    assert np.abs(reported - reported[0]).max() < 1e-7
     if fall[3] == "circular":
         assert found.place(found.span[1]).radius == pytest.approx(fall[1], rel=1e-7)
 
@@ -907,13 +907,13 @@ def test_letters_have_the_size_and_the_colour_that_is_wanted(scene, painted):
 
 
 @pytest.mark.parametrize(
-    ("value", "told"),
+    ("value", "reported"),
     [(125.6666, "125.7"), (6.03, "6.030"), (80.0, "80"), (0.01234, "0.01234"), (12345.6, "12346"), (-3.5, "−3.500")],
 )
-def test_numbers_in_captions_have_four_digits(value, told):
+def test_numbers_in_captions_have_four_digits(value, reported):
     overlays = importlib.import_module("kerrcaustics.scene_files.overlays")
     moment = SimpleNamespace(named=lambda _name: SimpleNamespace(value=value))
-    assert overlays._filled("{radius}", moment) == told
+    assert overlays._filled("{radius}", moment) == reported
 
 
 @pytest.mark.parametrize("radius", [60, 250, 700])
@@ -1003,10 +1003,10 @@ def test_a_picture_is_written_with_its_numbers(tmp_path, capsys, monkeypatch, pa
 def test_the_progress_bar_tells_stages(tmp_path, capsys, monkeypatch, painted):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scene.toml").write_text(PLAIN, encoding="utf-8")
-    told = []
-    monkeypatch.setattr("kerrcaustics.cli.render.progress", lambda: nullcontext(lambda *what: told.append(what)))
+    reported = []
+    monkeypatch.setattr("kerrcaustics.cli.render.progress", lambda: nullcontext(lambda *what: reported.append(what)))
     assert run(capsys, "render", "scene.toml")[0] == 0
-    words, parts = zip(*told, strict=True)
+    words, parts = zip(*reported, strict=True)
     assert words[0] == "sky light" and re.fullmatch(r"developing \(sky light \d+\.\d s\)", words[1])
     assert words[2].startswith("encoding (sky light") and parts == (0, 1 / 9, 2 / 9)
 

@@ -1,4 +1,4 @@
-"""What a user's own settings of JAX and NumPy do to answers, and what the package does to them: nothing."""
+"""A user's own settings of JAX and NumPy change no answer, and the package does not change them."""
 
 import os
 import pickle

@@ -1,4 +1,4 @@
-"""How results show themselves: one line in a terminal, a page in a notebook, a plot on axes."""
+"""Views of results: one line in a terminal, a page in a notebook, a plot on axes."""
 
 import math
 import re

@@ -30,7 +30,7 @@ VIEWS = [
 
 
 def missed(camera, traced, seed):
-    """How far, in pixels, the map is off in 10,000 pixels, or all that there are."""
+    """The error of the map, in pixels, in 10,000 pixels, or all that there are."""
     view, cells = traced.view, SkyCells(*traced._sky)
     found = list(places(cells, np.arange(len(cells.x)), 1))
     place = np.concatenate([part.place for part in found], axis=1).T

@@ -66,7 +66,7 @@ def test_the_shadow_is_that_before_the_sky_at_infinity():
 
 @pytest.mark.slow
 def test_a_large_sphere_tends_to_infinity_as_its_radius():
-    """What is seen differs by r sin / R; the redshift by 1 / R, that of the sources."""
+    """Directions differ by r sin / R; the redshift by 1 / R, that of the sources."""
     far = marks(CAMERA, SIDEWAYS).light
     one, other = (np.abs(marks(CAMERA, SIDEWAYS, radius).light - far).mean(axis=(0, 1)) for radius in (400, 800))
     assert one / other == pytest.approx(2, abs=0.05)
@@ -75,7 +75,7 @@ def test_a_large_sphere_tends_to_infinity_as_its_radius():
 
 
 def met(sky, radius):
-    """Where straight rays from (1, 0, 0) meet a sphere, its radius that of the camera's place: a unit vector, a way."""
+    """The places at which straight rays from (1, 0, 0) meet a sphere, in camera radii: unit vectors, ways."""
     way = -sky[..., 0] + np.sqrt(sky[..., 0] ** 2 + radius**2 - 1)
     return (sky * way[..., None] + [1.0, 0, 0]) / radius, way
 

@@ -7,13 +7,13 @@ from kerrcaustics.results.stages import in_words, stage, stages_timed
 
 
 def test_stages_are_timed_by_name_and_told(monkeypatch):
-    now, told = [0.0], []
+    now, reported = [0.0], []
     monkeypatch.setattr("kerrcaustics.results.stages.clock", lambda: now[0])
 
     def work(seconds):
         now[0] += seconds
 
-    with stages_timed(lambda name, before: told.append((name, list(before)))) as outer:
+    with stages_timed(lambda name, before: reported.append((name, list(before)))) as outer:
         for _ in range(2):
             with stage("map"):
                 work(2)
@@ -23,7 +23,7 @@ def test_stages_are_timed_by_name_and_told(monkeypatch):
             work(1)
     with stage("unheard"):
         work(7)
-    assert told == [("map", []), ("map", ["map"]), ("light", ["map"]), ("stars", ["map"])]
+    assert reported == [("map", []), ("map", ["map"]), ("light", ["map"]), ("stars", ["map"])]
     # A stage within another one is taken off it.
     assert inner == {"stars": 5, "light": 4} and outer == {"map": 4, **inner}
     assert in_words({"sky_map": 1.24, "stars": 0.06}) == "sky map 1.2 s, stars 0.1 s"

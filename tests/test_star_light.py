@@ -103,7 +103,7 @@ def test_many_stars_bring_as_much_light_as_in_parts():
 
 @pytest.mark.slow
 def test_light_of_stars_that_are_not_told_apart_is_even():
-    """Where a pixel sees more than 0.4 rad of the sky, as bright as stars are in the mean."""
+    """Pixels that see more than 0.4 rad of the sky are as bright as stars are in the mean."""
     camera, rng = kc.Camera(0.999, 2.6, velocity="circular"), np.random.default_rng(8)
     direction = rng.normal(size=(3000, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
@@ -120,8 +120,8 @@ def test_light_of_stars_that_are_not_told_apart_is_even():
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [11, 12])
 def test_random_pictures_of_the_whole_sky_keep_the_light(seed):
-    told, broken = study.try_all(80, seed)
-    assert not broken and told["certified"] > 70 and told["median"] < 0.001
+    reported, broken = study.try_all(80, seed)
+    assert not broken and reported["certified"] > 70 and reported["median"] < 0.001
 
 
 @pytest.mark.slow

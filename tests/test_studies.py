@@ -120,9 +120,9 @@ def check_disk_checks(entry):
 
 def check_extended_sources(entry):
     assert len(entry["discs"]) == 6 and "wrong" not in entry["verdicts"]
-    told = [disc for disc in entry["discs"] if disc["certified"] and disc["twin_error"] is not None]
-    assert len(told) >= 3
-    for disc in told:
+    answer = [disc for disc in entry["discs"] if disc["certified"] and disc["twin_error"] is not None]
+    assert len(answer) >= 3
+    for disc in answer:
         assert abs(disc["total"] - disc["twin"]) <= disc["error"] + 4 * disc["twin_error"] + 5e-4 * disc["twin"]
 
 

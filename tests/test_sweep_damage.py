@@ -51,7 +51,7 @@ def test_what_is_damaged_is_mended(harm, tmp_path, scene, good):
 @pytest.mark.slow
 @pytest.mark.parametrize("harm", HARM)
 def test_every_file_may_be_damaged(harm, tmp_path, scene, good):
-    """One after the other; of flipped bits and cuts, three in each file."""
+    """Damages one after the other; of flipped bits and cuts, three in each file."""
     path, whole, chance = tmp_path / "s.zarr", files(good), random.Random(2)
     for name in sorted(whole):
         for _ in range(3 if harm in ("flipped", "truncated") else 1):
@@ -64,9 +64,9 @@ def test_every_file_may_be_damaged(harm, tmp_path, scene, good):
 
 def test_damage_of_a_description_is_told(tmp_path, good, capsys):
     (good / "spin" / "c" / "0").unlink()
-    told = "\n1 files that describe the store were lost or altered, and are written anew\n"
+    reported = "\n1 files that describe the store were lost or altered, and are written anew\n"
     arguments = ("sweep", tmp_path / "scene.toml", "--output", good)
-    assert told in run(capsys, *arguments)[1]
+    assert reported in run(capsys, *arguments)[1]
     assert "written anew" not in run(capsys, *arguments)[1]
 
 
@@ -120,7 +120,7 @@ def test_a_lost_axis_is_not_zero_in_xarray(good):
 
 
 def started_at_once(sweeps):
-    """What each of two sweeps does that begin at one moment: its result, or the error."""
+    """The outcome of each of two sweeps that begin at one moment: its result, or the error."""
     gate, done = threading.Barrier(2), [None, None]
 
     def one(i):
@@ -158,11 +158,11 @@ def test_thirty_pairs_of_processes_begin_a_store_at_once(tmp_path, good):
     ]
     for process in pair:
         process.start()
-    told = sorted(answers.get(timeout=600) for _ in range(60))
+    reported = sorted(answers.get(timeout=600) for _ in range(60))
     for process in pair:
         process.join()
     for i in range(30):
-        ways = [way for number, way in told if number == i]
+        ways = [way for number, way in reported if number == i]
         assert ways in (["done", "done"], ["done", "in use"]), ways
         assert files(tmp_path / f"{i}.zarr") == files(good)
     assert not list(tmp_path.glob(".*"))

@@ -1,4 +1,4 @@
-"""What a user sees in a terminal of any width, and how a command ends on Ctrl-C."""
+"""The output in a terminal of any width, and how a command ends on Ctrl-C."""
 
 import json
 import os
@@ -163,9 +163,9 @@ def test_doctor_tells_what_is_missing_and_what_to_do(capsys, tmp_path, monkeypat
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr("kerrcaustics.draw.space.check_opengl", lambda: None)
     status, out, _ = run(capsys, "doctor", "--json", tmp_path / "doctor.json")
-    told = json.loads((tmp_path / "doctor.json").read_text())
-    assert status == 0 and told["schema"] == "kerrcaustics/doctor/1"
-    assert told["cache"] == {
+    reported = json.loads((tmp_path / "doctor.json").read_text())
+    assert status == 0 and reported["schema"] == "kerrcaustics/doctor/1"
+    assert reported["cache"] == {
         "folder": str(tmp_path / "kerrcaustics" / "programs"),
         "programs": 0,
         "bytes": 0,

@@ -35,7 +35,7 @@ pytestmark = pytest.mark.parametrize(
 
 
 def truth(name: str) -> np.ndarray:
-    """One quantity of all rays, rounded to doubles."""
+    """A quantity of all rays, rounded to doubles."""
     return np.array([ray[name] for ray in RAYS], float)
 
 
@@ -59,7 +59,7 @@ def direction_error(engine: str) -> np.ndarray:
 
 
 def camera_rounding() -> np.ndarray:
-    """What a camera whose numbers are rounded to doubles may cost beside the rounding of N: radians of n'."""
+    """Errors of n' in radians from the rounding of the camera's numbers to doubles, beside that of N."""
     return 1e-16 * truth("delta_plus")
 
 

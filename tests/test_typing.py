@@ -1,4 +1,4 @@
-"""What type checkers see of the package: a user's program in `typing/user_script.py`, checked by both."""
+"""The package as type checkers see it: a user's program in `typing/user_script.py`, checked by both."""
 
 import os
 import re

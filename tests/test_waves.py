@@ -36,7 +36,7 @@ def test_partial_waves_lie_within_the_error(omega):
 
 @pytest.mark.parametrize("radius", [2.3, pytest.param(4.5, marks=pytest.mark.slow)])
 def test_errors_hold_next_to_the_hole(radius):
-    """Where rings are seen far from the axis, and asymptotics are worse."""
+    """Rings are seen far from the axis there, and asymptotics are worse."""
     camera = kc.Camera(0.0, radius, math.pi / 2, "static")
     angles = (0.1, 0.6, 1.0, 1.3, 2.6)
     for omega in (0.25, 1.0):
@@ -219,7 +219,7 @@ def test_methods_agree_where_both_hold():
 
 
 def test_star_on_an_axis_is_finite():
-    """Where all images of a ring are one, as bright as the root of pi w for a point mass."""
+    """All images of a ring are one there, as bright as the root of pi w for a point mass."""
     value = TWIN.field(2.0, 10.0, np.zeros(1))[0]
     seen = kc.amplification(CAMERA, (math.pi / 2, math.pi), 2.0, max_index=4)
     assert abs(seen.value[0] - value) < seen.error[0] < 0.1 * abs(value) and seen.method[0] == "line"
@@ -243,9 +243,9 @@ def test_star_goes_through_a_caustic_without_a_jump(order):
 def test_command_says_what_the_function_returns(capsys, tmp_path):
     line = "amplification --spin 0.9 --radius 10 --star 80 166 --frequency 0.5:50:7 --max-index 1"
     status, out, _ = run(capsys, *line.split(), "--json", "-", "--figure", str(tmp_path / "waves.png"))
-    told = json.loads(out)
+    printed = json.loads(out)
     seen = kc.amplification(kc.Camera(0.9, 10.0), (math.radians(80), math.radians(166)), [0.5, 50.0], max_index=1)
-    rows = told["waves"]
+    rows = printed["waves"]
     assert status == 0 and len(rows) == 7 and rows[0]["frequency"] == 0.5
     assert complex(rows[0]["real"], rows[0]["imaginary"]) == pytest.approx(seen.value[0], rel=1e-9)
     assert [row["method"] for row in (rows[0], rows[-1])] == seen.method.tolist()

@@ -92,6 +92,6 @@ def test_other_seeds_make_other_wisps(wisps):
     ],
 )
 def test_bad_input_is_one_line(values, words):
-    with pytest.raises(ValueError, match=words) as told:
+    with pytest.raises(ValueError, match=words) as reported:
         kc.disks.Wisps(**{"peak": 4500, "inner": 9.26, "outer": 18.70, **values})
-    assert "\n" not in str(told.value)
+    assert "\n" not in str(reported.value)

@@ -1,4 +1,4 @@
-"""How types and shapes are checked at run time: an int serves where a float is wanted."""
+"""Checks of types and shapes at run time: an int serves where a float is wanted."""
 
 from beartype import BeartypeConf, beartype
 

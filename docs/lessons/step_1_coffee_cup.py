@@ -18,7 +18,7 @@ import numpy as np
 
 
 def wall(t):
-    """Where a ray meets the wall."""
+    """The place at which a ray meets the wall."""
     return np.array([np.cos(t), np.sin(t)])
 
 
@@ -53,7 +53,7 @@ figure
 
 
 def miss(place, t):
-    """How far a ray passes to the side of a place."""
+    """The distance at which a ray passes to the side of a place."""
     away, direction = np.asarray(place)[:, None] - wall(t), thrown_back(t)
     return away[0] * direction[1] - away[1] * direction[0]
 

@@ -32,7 +32,7 @@ across *= np.sign((cusps.mean(axis=0) - fold) @ (across * scale**2))
 
 
 def place(d):
-    """Where the star is at the distance d."""
+    """The place of the star at the distance d."""
     return tuple(fold + d * across)
 
 

@@ -76,7 +76,7 @@ seen = exact * (1 + ERROR * noise)
 
 @jax.jit
 def residuals(parameters):
-    """What is seen against what a model says, in units of the error."""
+    """Differences between observation and model, in units of the error."""
     return (brightness(parameters) - seen) / (ERROR * exact)
 
 

@@ -96,8 +96,8 @@ def star_claims(camera: kc.Camera, count: int, rng: np.random.Generator) -> tupl
     for name, which in (("missed", missed), ("invented", invented), ("doubled", doubled)):
         for i in np.flatnonzero(which & found.certified):
             broken.append(f"{name}: sheets_of({camera!r}, {MAX_INDEX}), star {star[i].tolist()}, N {sky[i].tolist()}")
-    told = {"stars": len(star), "images": len(images.star), "certified": int(found.certified.sum())}
-    return told | {"on a caustic": int(found.on_caustic.any(axis=1).sum())}, broken
+    reported = {"stars": len(star), "images": len(images.star), "certified": int(found.certified.sum())}
+    return reported | {"on a caustic": int(found.on_caustic.any(axis=1).sum())}, broken
 
 
 def _doubled(star: Array, index: Array, sky: Array, error: Array, count: int) -> Array:
@@ -152,8 +152,8 @@ def try_all(
         ("circles", circles, _CIRCLES, circle_claims),
     ):
         for done in range(0, count, step):
-            told, faults = claims(next(source), min(step, count - done), rng)
-            numbers[what] = {name: numbers[what].get(name, 0) + number for name, number in told.items()}
+            reported, faults = claims(next(source), min(step, count - done), rng)
+            numbers[what] = {name: numbers[what].get(name, 0) + number for name, number in reported.items()}
             broken += faults
             report((what, numbers[what], faults))
     return numbers, broken

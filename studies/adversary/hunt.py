@@ -17,35 +17,35 @@ from .cases import Case, cases
 from .tally import Tally
 from .trials import TRIALS, Trial, judge
 
-Told = Callable[[int, Tally], None]
+Report = Callable[[int, Tally], None]
 
 
 def hunt(
     found: Iterable[Case],
     sampled: float,
-    told: Told = lambda i, tally: None,
+    reported: Report = lambda i, tally: None,
     trials: tuple[Trial, ...] = TRIALS,
 ) -> Tally:
-    """The claims of all trials of cases; `told` hears after each of the cases.
+    """The claims of all trials of cases; `reported` hears after each of the cases.
 
     sampled: the share of the rays that are compared with the truth although both engines agree.
     """
     tally = Tally()
     for i, case in enumerate(found):
         tally.add_case(list(judge(case, trials, sampled, np.random.default_rng(i))))
-        told(i, tally)
+        reported(i, tally)
     return tally
 
 
 def main() -> None:
     numbers = [float(x) for x in sys.argv[1:]]
     count, seed, rays, sampled = (*numbers, *(100, 1, 63, 0.01)[len(numbers) :])
-    started, told = time.process_time(), set()
+    started, reported = time.process_time(), set()
 
     def tell(i: int, tally: Tally) -> None:
         for one in tally.broken(3.0):
-            if (one.claim, one.code) not in told:
-                told.add((one.claim, one.code))
+            if (one.claim, one.code) not in reported:
+                reported.add((one.claim, one.code))
                 print(one, flush=True)
         if (i + 1) % max(int(count) // 10, 1) == 0:
             print(text_table(*tally.table("trial")))

@@ -123,6 +123,6 @@ def numbers(found: list[Light]) -> dict[str, float]:
 
 
 if __name__ == "__main__":
-    told, broken = try_all(*(int(word) for word in sys.argv[1:]), report=partial(print, flush=True))
-    print(told)
+    tally, broken = try_all(*(int(word) for word in sys.argv[1:]), report=partial(print, flush=True))
+    print(tally)
     print("\n".join(broken) or "no light is lost")

@@ -27,17 +27,17 @@ def last_orbit(spin: float) -> float:
 
 def iscos() -> Check:
     """Radii of the innermost stable orbit, another program's."""
-    told = OTHERS["disk"]["isco"]
-    miss = max(abs(last_orbit(float(spin)) / radius - 1) for spin, radius in told.items())
-    return Check(f"{len(told)} radii of the ISCO", "Gradus", miss, 1e-12, "of r")
+    reported = OTHERS["disk"]["isco"]
+    miss = max(abs(last_orbit(float(spin)) / radius - 1) for spin, radius in reported.items())
+    return Check(f"{len(reported)} radii of the ISCO", "Gradus", miss, 1e-12, "of r")
 
 
 def peaks() -> Check:
     """Radius at which a disk of Page & Thorne is hottest, in radii of the ISCO."""
     miss, across = 0.0, np.linspace(1, 3, 40001)
-    for spin, told in OTHERS["disk"]["temperature_peak_over_isco"].items():
+    for spin, reported in OTHERS["disk"]["temperature_peak_over_isco"].items():
         light = page_thorne_flux(float(spin), last_orbit(float(spin)) * across)
-        miss = max(miss, abs(float(across[np.argmax(light)]) - told))
+        miss = max(miss, abs(float(across[np.argmax(light)]) - reported))
     # Two decimals are given.
     return Check("radius of the highest temperature, over the ISCO's", "notes; 2 decimals", miss, 0.006, "")
 
@@ -78,8 +78,8 @@ def flux(spins: tuple[float, ...] = SPINS) -> Check:
         for r in last * np.array([1.1, 1.5, 3.0, 10.0, 100.0]):
             energy, momentum, rate = orbit(spin, complex(r, step))
             total = quad(torque, last, r, epsabs=1e-14, epsrel=1e-12)[0]
-            told = -rate.imag / step / (energy - rate * momentum).real ** 2 * total / r
-            miss = max(miss, abs(float(page_thorne_flux(spin, r)) / told - 1))
+            reported = -rate.imag / step / (energy - rate * momentum).real ** 2 * total / r
+            miss = max(miss, abs(float(page_thorne_flux(spin, r)) / reported - 1))
     return Check("flux of a disk of Page & Thorne", "quadrature of their eq. 12", miss, 1e-10, "of it")
 
 
@@ -87,23 +87,25 @@ def ring(spin: float, inclination: float, inner: float = 6.0, outer: float = 6.0
     """The profile of a narrow ring, against the twin's."""
     observer = kc.Observer(spin=spin, inclination=math.radians(inclination))
     found = kc.line_profile(observer, inner, outer, bins=50, turns=2 * turns)
-    told = twin.ring_profile(twin.Screen(spin, math.radians(inclination)), inner, outer, 3.0, found.edges, turns)
-    miss = float(np.abs(found.flux - told).max() / told.max())
+    reported = twin.ring_profile(twin.Screen(spin, math.radians(inclination)), inner, outer, 3.0, found.edges, turns)
+    miss = float(np.abs(found.flux - reported).max() / reported.max())
     return Check(f"profile of a ring at r = 6, a = {spin:g}, {inclination:g}°", "quadrature", miss, 3e-4, "of its peak")
 
 
 def line() -> kc.disks.LineProfile:
     """The line of a disk from the ISCO to 250 whose emissivity falls as the cube of the radius, in another's bins."""
-    told = OTHERS["disk"]["line_profile_edges"]
-    observer = kc.Observer(spin=told["spin"], inclination=math.radians(told["inclination_deg"]))
-    return kc.line_profile(observer, last_orbit(told["spin"]), 250.0, 3.0, bins=np.linspace(0.1, 1.3, 101), turns=256)
+    reported = OTHERS["disk"]["line_profile_edges"]
+    observer = kc.Observer(spin=reported["spin"], inclination=math.radians(reported["inclination_deg"]))
+    return kc.line_profile(
+        observer, last_orbit(reported["spin"]), 250.0, 3.0, bins=np.linspace(0.1, 1.3, 101), turns=256
+    )
 
 
 def line_edges() -> Check:
     """Ends of that line, another program's."""
-    told, found = OTHERS["disk"]["line_profile_edges"], line()
+    reported, found = OTHERS["disk"]["line_profile_edges"], line()
     lit = np.flatnonzero(found.flux > 1e-6 * found.flux.max())
-    miss = max(abs(found.edges[lit[0]] - told["g_from"]), abs(found.edges[lit[-1] + 1] - told["g_to"]))
+    miss = max(abs(found.edges[lit[0]] - reported["g_from"]), abs(found.edges[lit[-1] + 1] - reported["g_to"]))
     return Check("ends of a line, a = 0.6, 60°", "Gradus; good to 0.05", float(miss), 0.05, "of g")
 
 
@@ -194,6 +196,6 @@ def uniform(width: int = 120) -> Check:
     whole = rendering.transmission == 0
     # The camera itself sees it as hot as anything at its place.
     sigma = camera.radius**2 + (camera.spin * camera.cos_theta) ** 2
-    told = kc.pictures.black_body(5000 / math.sqrt(1 - 2 * camera.radius / sigma))
-    miss = float(np.abs(rendering.light[whole] / told - 1).max())
+    reported = kc.pictures.black_body(5000 / math.sqrt(1 - 2 * camera.radius / sigma))
+    miss = float(np.abs(rendering.light[whole] / reported - 1).max())
     return Check(f"light of matter in equilibrium, {int(whole.sum())} pixels", "a uniform sky", miss, 1e-6, "of it")

@@ -106,8 +106,8 @@ def work_panel(ax: Axes, found: list[work.Work]) -> None:
         here = [one for one in found if one.method == method]
         seconds, errors = [one.seconds for one in here], [one.error for one in here]
         ax.plot(seconds, errors, marker="o", markersize=3, color=PALETTE[k], label=method)
-        told, name = [one.reported for one in here], None if k else "its reported error"
-        ax.plot(seconds, told, "o", color=PALETTE[k], markersize=3, fillstyle="none", label=name)
+        reported, name = [one.reported for one in here], None if k else "its reported error"
+        ax.plot(seconds, reported, "o", color=PALETTE[k], markersize=3, fillstyle="none", label=name)
     ax.set(xscale="log", yscale="log", xlabel="time (s)", ylabel="error of the worst bin / peak")
     ax.set(xlim=(0.01, 2), ylim=(1e-6, 2))
     ax.xaxis.set_minor_formatter(NullFormatter())

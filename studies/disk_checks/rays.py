@@ -36,9 +36,11 @@ def landings() -> Check:
 
 def _images() -> tuple[kc.Camera, Array, Array]:
     """The source of other programs' images as a camera, directions of their photons, and their times."""
-    told = OTHERS["images"]
-    camera = kc.Camera(told["spin"], told["source_radius"], math.radians(told["source_theta_deg"]), "fiducial")
-    rows = np.array(told["rows"]).T
+    reported = OTHERS["images"]
+    camera = kc.Camera(
+        reported["spin"], reported["source_radius"], math.radians(reported["source_theta_deg"]), "fiducial"
+    )
+    rows = np.array(reported["rows"]).T
     _, r_sign, theta_sign, b, q, time = rows
     # Their photons leave where ours arrive.
     return camera, screen.arriving(camera, b, q, -r_sign, -theta_sign), time
@@ -54,14 +56,14 @@ def times() -> Check:
 
 def long_ray() -> Check:
     """A ray that is known to 70 digits: its end and its time."""
-    told, (camera, _, _) = OTHERS["images"]["one_ray_in_70_digits"], _images()
-    b, q, r_sign, theta_sign = (np.array([float(told[k])]) for k in ("lambda", "eta", "nu_r", "nu_theta"))
+    reported, (camera, _, _) = OTHERS["images"]["one_ray_in_70_digits"], _images()
+    b, q, r_sign, theta_sign = (np.array([float(reported[k])]) for k in ("lambda", "eta", "nu_r", "nu_theta"))
     sky = screen.arriving(camera, b, q, -r_sign, -theta_sign)
     rays = kc.trace_rays(camera, sky, end=OTHERS["images"]["observer_radius"], time=True)
     assert rays.time is not None
-    polar = math.acos(rays.direction[0, 2]) - told["theta"]
+    polar = math.acos(rays.direction[0, 2]) - reported["theta"]
     # Their photon runs the other way round.
-    miss = max(abs(polar), abs(rays.azimuth[0] + told["phi"]), abs(rays.time[0] / told["time"] - 1))
+    miss = max(abs(polar), abs(rays.azimuth[0] + reported["phi"]), abs(rays.time[0] / reported["time"] - 1))
     return Check("end and time of one ray", "KerrP2P in 70 digits", miss, 1e-12, "rad, of t")
 
 
@@ -141,12 +143,12 @@ def spot(rays: int = 500) -> Check:
     camera, size, spin = kc.Camera(0.9, 40.0, math.radians(75), "static"), 0.02, 0.9
     radius = 8.0
     assert radius > kerr.isco(spin)
-    summed, told = 0.0, 0.0
+    summed, reported = 0.0, 0.0
     for crossing in (1, 2):
         sky = _spot_image(camera, radius, 0.7, crossing)
         one, other = _light_of_rays(camera, sky, crossing, size, rays)
-        summed, told = summed + one, told + other
-    return Check("light of a spot, images 1 and 2", "g^4 over det J", abs(summed / told - 1), 1e-3, "of the light")
+        summed, reported = summed + one, reported + other
+    return Check("light of a spot, images 1 and 2", "g^4 over det J", abs(summed / reported - 1), 1e-3, "of the light")
 
 
 def _spot_image(camera: kc.Camera, radius: float, azimuth: float, crossing: int) -> Array:

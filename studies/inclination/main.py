@@ -207,14 +207,14 @@ def table(grid: xarray.Dataset, laws: list[NearAxis], found: list[Winding]) -> s
 def summary(grid: xarray.Dataset, laws: list[NearAxis]) -> dict[str, Any]:
     """Properties of all caustics together."""
     on_axis, away = grid.sel(inclination=0.0), grid.sel(inclination=grid.inclination > 0)
-    told = away.cusp_count.values > 0
+    reported = away.cusp_count.values > 0
     part, where = pole_distance(grid)
     return {
         "largest_extent_on_axis": float(on_axis.theta_extent.max()),
         "largest_extent_on_axis_in_errors": float((on_axis.theta_extent / on_axis.theta_extent_error).max()),
-        "caustics_off_axis": int(told.size),
-        "cusps_told": int(told.sum()),
-        "cusp_counts": sorted(set(away.cusp_count.values[told].tolist())),
+        "caustics_off_axis": int(reported.size),
+        "cusps_told": int(reported.sum()),
+        "cusp_counts": sorted(set(away.cusp_count.values[reported].tolist())),
         "all_closed": bool((away.closed == 1).all()),
         "least_pole_distance": part,
         "its_inclination": where,

@@ -25,7 +25,7 @@ def page():
         yield page
 
 
-def told(name, milliseconds):
+def reported(name, milliseconds):
     assert milliseconds
     late = sorted(milliseconds)[int(0.95 * len(milliseconds))]
     middle = statistics.median(milliseconds)
@@ -45,7 +45,7 @@ def test_dragged_star(page, orders):
         time.sleep(0.016)
     page.mouse.up()
     settled(page)
-    told(f"star dragged, {orders} orders", page.evaluate("explorer.latencies().star"))
+    reported(f"star dragged, {orders} orders", page.evaluate("explorer.latencies().star"))
 
 
 def test_changed_spin(page):
@@ -59,5 +59,5 @@ def test_changed_spin(page):
         first += page.evaluate("explorer.latencies().draft.slice(0, 1)")
         whole += page.evaluate("explorer.latencies().full.slice(0, 1)")
         settled(page)
-    told("spin changed, first picture", first)
-    told("spin changed, whole picture", whole)
+    reported("spin changed, first picture", first)
+    reported("spin changed, whole picture", whole)

@@ -1,4 +1,4 @@
-"""How long the main things take. Run with `make bench`: one core, after compilation."""
+"""Times of the main functions. Run with `make bench`: one core, after compilation."""
 
 import os
 import subprocess

@@ -1,1 +1,1 @@
-"""What the program answers, recorded, so that two versions of it can be compared: see `python -m tests.golden -h`."""
+"""Answers of the program, recorded, so that two versions of it can be compared: see `python -m tests.golden -h`."""

@@ -24,7 +24,7 @@ Fields = dict[tuple[str, ...], Leaf]
 
 @dataclass(frozen=True)
 class Passing:
-    """What passes: differences within so much (relative where numbers exceed 1), or so many errors; so much cost."""
+    """Differences that pass: within so much (relative where numbers exceed 1), or so many errors; so much cost."""
 
     within: float | None = None
     errors: float | None = None
@@ -39,8 +39,8 @@ class Renames:
     added: set[str] = field(default_factory=set)
 
     @classmethod
-    def of(cls, told: list[str]) -> "Renames":
-        pairs = [text.split("=") for text in told]
+    def of(cls, reported: list[str]) -> "Renames":
+        pairs = [text.split("=") for text in reported]
         return cls({old: new for old, new in pairs if old}, {new for old, new in pairs if not old})
 
     def of_field(self, name: str, owners: tuple[str, str]) -> str:
@@ -53,7 +53,7 @@ class Renames:
 
 
 class Answer:
-    """One file of a record as plain fields."""
+    """A file of a record as plain fields."""
 
     def __init__(self, path: Path, renames: Renames) -> None:
         self.fields: Fields = {}
@@ -89,7 +89,7 @@ class Answer:
             self.fields[place] = str(value) if is_text else np.asarray(value)
 
     def _of_tree(self, place: tuple[str, ...], tree: dict[str, Any]) -> tuple[Any, str]:
-        """What a part of a header stands for: a dict of fields with their class, a list, an array or a text."""
+        """The value of a part of a header: a dict of fields with their class, a list, an array or a text."""
         if "kind" in tree:
             self.kinds[shown(place)] = self._renames.names.get(tree["kind"], tree["kind"])
             return tree["fields"], tree["kind"]
@@ -116,7 +116,7 @@ def shown(place: tuple[str, ...]) -> str:
 
 @dataclass
 class Difference:
-    """How far the values of one field differ, over all places of lists."""
+    """The differences between values of one field, over all places of lists."""
 
     largest: float = 0.0
     in_errors: float | None = None
@@ -167,12 +167,12 @@ class Difference:
         self.count += int((gap != 0).sum())
 
     def line(self, name: str) -> str:
-        told = list(dict.fromkeys(self.notes))[:3]
+        reported = list(dict.fromkeys(self.notes))[:3]
         if self.largest:
-            told.append(f"at most {self.largest:.3g} off, in {self.count} of {self.total}")
+            reported.append(f"at most {self.largest:.3g} off, in {self.count} of {self.total}")
             if self.in_errors is not None:
-                told.append(f"{self.in_errors:.3g} of the error")
-        text = ", ".join(told) or "the signs of zeros or of NaN differ"
+                reported.append(f"{self.in_errors:.3g} of the error")
+        text = ", ".join(reported) or "the signs of zeros or of NaN differ"
         return f"{name}: {text}{' (passes)' if self.passes else ''}"
 
 
@@ -197,7 +197,7 @@ def error_of(fields: Fields, place: tuple[str, ...], value: Leaf) -> np.ndarray 
 
 
 def differences(old: Answer, new: Answer, passing: Passing) -> tuple[list[str], bool]:
-    """What differs between two answers, in lines, and whether it passes."""
+    """The differences between two answers, in lines, and whether it passes."""
     if (REFUSED in old.fields) != (REFUSED in new.fields):
         side, which = (old, "was refused, and is answered") if REFUSED in old.fields else (new, "is refused")
         return [f"{which}: {clipped(side.fields[REFUSED])}"], False
@@ -235,8 +235,8 @@ def compared(folders: tuple[Path, Path], only: str, renamed: list[str], passing:
         files = folders[0] / old[name]["file"], folders[1] / new[name]["file"]
         lines, same = differences(Answer(files[0], renames), Answer(files[1], added), passing)
         dearer, cheap = costs(old[name], new[name], passing)
-        told = [*(lines or ["equal to the bit"]), *dearer]
-        text = f" {told[0]}" if len(told) == 1 else "".join(f"\n    {line}" for line in told)
+        reported = [*(lines or ["equal to the bit"]), *dearer]
+        text = f" {reported[0]}" if len(reported) == 1 else "".join(f"\n    {line}" for line in reported)
         yield f"{name}:{text}", same and cheap
 
 

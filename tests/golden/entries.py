@@ -1,4 +1,4 @@
-"""What is asked: commands for eight cameras, and the analyses of the library over viewers and surfaces.
+"""The questions: commands for eight cameras, and the analyses of the library over viewers and surfaces.
 
 Each public name of the library stands here once.
 """
@@ -283,7 +283,7 @@ ALONE = (
 
 
 class Captured:
-    """What a command wrote, as pytest's `capsys` has it."""
+    """The output of a command, as pytest's `capsys` has it."""
 
     def __init__(self) -> None:
         self.out, self.err = io.StringIO(), io.StringIO()

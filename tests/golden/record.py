@@ -1,4 +1,4 @@
-"""What the program answers today, each answer in a file, and what it cost."""
+"""Answers of the program today, each in a file, and what it cost."""
 
 import json
 import sys
@@ -29,7 +29,7 @@ NOT_FORGOTTEN = {"kerrcaustics.beams.compile_cache", "kerrcaustics.beams.warm_up
 
 @contextmanager
 def counting() -> Iterator[dict[str, int]]:
-    """How many requests reach the engines meanwhile, and how many rays and beams they have."""
+    """The number of requests that reach the engines meanwhile, and of their rays and beams."""
     module, name = import_module(COUNTED[0]), COUNTED[1]
     original, counts, lock = getattr(module, name), dict.fromkeys(COSTS, 0), threading.Lock()
 
@@ -92,7 +92,7 @@ def record(folder: Path, only: str) -> int:
                 file = write(folder, name, ask)
             known[name] = {"file": file, **counts, "seconds": round(time.process_time() - began, 2)}
             print(f"{known[name]['seconds']:7.2f} s  {name}", flush=True)
-            told = {"versions": versions, "entries": dict(sorted(known.items()))}
-            index.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+            reported = {"versions": versions, "entries": dict(sorted(known.items()))}
+            index.write_text(json.dumps(reported, indent=1) + "\n", encoding="utf-8")
     print(f"{len(known)} entries, {sum(entry['seconds'] for entry in known.values()):.0f} s")
     return 0

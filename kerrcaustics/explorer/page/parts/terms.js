@@ -7,7 +7,7 @@ function term(name, shown = name) {
 
 class Terms {
   constructor(root, tip) {
-    Object.assign(this, { tip, meanings: {}, told: null });
+    Object.assign(this, { tip, meanings: {}, described: null });
     tip.element.id = "kc-tip";
     const on = (name, act) => root.addEventListener(name, (event) => act(event, event.target.closest?.("[data-term]")));
     for (const name of ["pointerover", "focusin"]) on(name, (_, node) => node && this.tell(node));
@@ -39,11 +39,11 @@ class Terms {
     const { left, bottom } = node.getBoundingClientRect();
     this.tip.show([node.dataset.term, meaning], { clientX: left - 14, clientY: bottom - 10 });
     node.setAttribute("aria-describedby", this.tip.element.id);
-    this.told = node;
+    this.described = node;
   }
   hide() {
-    this.told?.removeAttribute("aria-describedby");
-    this.told = null;
+    this.described?.removeAttribute("aria-describedby");
+    this.described = null;
     this.tip.hide();
   }
 }
