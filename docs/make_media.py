@@ -41,6 +41,7 @@ class Clip:
 CLIPS = {
     "pair_creation": Clip(120, 960, 30),
     "descent": Clip(96, 960, 30),
+    "finite_star": Clip(120, 960, 30),
     "mapping": Clip(96, 960, 30),
     "star_field": Clip(60, 640, 35),
     "galactic_plane": Clip(120, 960, 32),

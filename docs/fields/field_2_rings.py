@@ -28,7 +28,16 @@ for n, seen in enumerate(rings, 1):
 
 for first, second in pairwise(rings):
     share = second.magnification.sum() / first.magnification.sum()
-    print(f"fainter by {share:.4f}, later by {second.time.min() - first.time.min():.2f} M")
+    print(f"area less by {share:.4f}, later by {second.time.min() - first.time.min():.2f} M")
+
+# %%
+# That is the area on the screen. The light of a patch of the disk, over all frequencies, is also proportional to the
+# fourth power of the frequency ratio; the gas moves on circular orbits, which is the default of `EquatorialPlane`. (A
+# spot that orbits has moved between the two moments: a light curve includes that.)
+
+light = [(seen.magnification * seen.redshift**4).sum() for seen in rings]
+for first, second in pairwise(light):
+    print(f"fainter by {second / first:.4f}")
 
 # %%
 # Where the images lie on the screen, with the edge of the shadow, and in hours for a mass of 6.5e9 suns:

@@ -10,7 +10,8 @@ Use it in a classroom
 # ---------------
 #
 # ``pip install '.[explore,notebook]'`` in a clone, and once ``kerrcaustics explore``: the first start compiles for
-# some ten seconds. Without any installation, `this page <../explorer.html>`_ is the explorer with a few cameras, from
+# ten seconds to a minute. A class may share one: ``kerrcaustics explore --host`` (:doc:`../explore`). Without any
+# installation, `this page <../explorer.html>`_ is the explorer with a few cameras, from
 # a web server or a memory stick.
 #
 # An hour
@@ -19,7 +20,7 @@ Use it in a classroom
 # * *0 to 10 minutes:* a cup of coffee and a torch, the bright line and its tip. `Lesson 1
 #   <../tutorial/step_1_coffee_cup.html>`_ has the picture, and the same words for the cup and for the sky.
 # * *10 to 25:* the explorer. Drag the star across a caustic: two images appear at one place, equally bright, and one of
-#   them is mirrored. The presets show what else there is to see.
+#   them is mirrored. *Tour* goes through eight stars, *Quiz* asks how many images there are.
 # * *25 to 45:* the worksheet below. Predict, then count.
 # * *45 to 60:* play one orbit in the explorer; or `lesson 3 <../tutorial/step_3_star.html>`_ as a notebook (a link at
 #   its end), in which every number can be changed.
@@ -28,7 +29,8 @@ Use it in a classroom
 # -------------
 #
 # A picture for the board: the secondary caustic, and five places for a star. How many images of index 0 and 1 does the
-# camera see of each? (The primary caustic is tiny, and lies to the side of all of them.)
+# camera see of each? (The words are in the :doc:`glossary <../glossary>`. The primary caustic is tiny, and lies to the
+# side of all of them.)
 
 import math
 

@@ -176,7 +176,7 @@ def _print_spot(light: "LightCurve", out: Console) -> None:
     low, high = light.flux.min(), light.flux.max()
     error = f"{(light.error / light.flux).max():.0e}"
     unit = "sr" if light.camera.sky_unit == "rad" else "M^2"
-    say(out, f"flux from {low:.6g} to {high:.6g} {unit} for a spot of unit light, off by {error}")
+    say(out, f"flux from {low:.6g} to {high:.6g} {unit} for a spot of unit light, relative error at most {error}")
 
 
 def _print_source(light: "SourceLightCurve", out: Console) -> None:
@@ -193,4 +193,5 @@ def _print_source(light: "SourceLightCurve", out: Console) -> None:
     say_all(out, light.remarks)
     low, high = np.nanmin(light.flux), np.nanmax(light.flux)
     error = f"{np.nanmax(light.error / light.flux):.0e}"
-    say(out, f"flux from {low:.6g} to {high:.6g} for luminosity 1, off by {error}: {verdict(light.certified)}")
+    flux = f"flux from {low:.6g} to {high:.6g} for luminosity 1, relative error at most {error}"
+    say(out, f"{flux}: {verdict(light.certified)}")

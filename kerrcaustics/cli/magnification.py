@@ -116,7 +116,10 @@ def _print(seen: "Magnification", out: Console) -> None:
     table = PlainTable(("index", "magnification", "error"))
     for index, share in seen.per_index.items():
         table.add_row(str(index), f"{share:.9g}", f"{seen.per_index_error[index]:.0e}")
-    table.add_row("all", f"{seen.total:.9g}", f"{seen.error:.0e}")
+    table.add_row(f"0 to {seen.max_index}", f"{seen.total:.9g}", f"{seen.error:.0e}")
     out.print(table)
+    middle = ", ".join(f"{part:+.9f}" for part in seen.centroid)
+    axes = "N" if len(seen.centroid) == 3 else "(alpha, beta)"
+    say(out, f"centroid of the light: {axes} = ({middle}), error {seen.centroid_error:.0e}")
     say_all(out, seen.remarks)
     say(out, f"{len(seen.images)} curves bound the images: {verdict(seen.certified)}")

@@ -80,7 +80,7 @@ class CameraOptions:
         Spin a of the hole, 0 <= a < 1.
     radius
         Boyer-Lindquist radius of the camera, in units of the mass; for `caustics`, `images`, `magnification`,
-        `counts`, `tracks` and `light-curve` also inf, which is an observer there.
+        `counts`, `tracks`, `light-curve`, `magnification` and `amplification` also inf, which is an observer there.
     inclination
         Angle of the camera from the spin axis, degrees: 90 is the equator.
     velocity

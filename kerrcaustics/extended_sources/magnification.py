@@ -162,7 +162,7 @@ def magnification(
     ------
     `Magnification.error`: what the curves miss the images of the limb by, and errors of beams, over the whole length of
     the curves. Small sources need beams of small error: it grows as 1 / size. Of other profiles than uniform ones, also
-    the error of the sum over radii.
+    the error of the sum over radii. Images of higher index than `max_index` are part neither of `total` nor of it.
 
     Notes
     -----

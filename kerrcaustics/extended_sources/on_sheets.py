@@ -126,7 +126,10 @@ def _limb(sheets: Sheets, viewer: Viewer, rim: Circle) -> _Followed:
         radius, place = _probes(sheets, rim, beside_caustics=False)
         guessed, searched = of_small_images(sheets, rim, place)
         if guessed is not None:
-            return replace(_brought(sheets, rim, guessed, None, ()), probes=_Probes(radius, searched))
+            followed = _brought(sheets, rim, guessed, None, ())
+            # Beside a caustic that is a point images are drawn out to rings.
+            if not (followed.doubts and symmetric(sheets)):
+                return replace(followed, probes=_Probes(radius, searched))
     if symmetric(sheets):
         limb = AxialLimb(sheets, rim)
         wanted = _WANTED * _about(limb.arcs(math.inf), sheets)

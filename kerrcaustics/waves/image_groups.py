@@ -35,6 +35,8 @@ _OF_IMAGES, _OF_PRIMARY, _OF_RING, _LONG_WAVES = 0.01, 0.042, 0.06, 0.1
 # The growth of the error of a ring by the square of its distance from the axis, radians, and by the inverse radius of
 # the viewer, as partial waves show it.
 _OFF_AXIS = 3.0
+# The frequency at which the error of a ring is twice that, as partial waves show it.
+_LONGEST_WAVES = 0.05
 # Errors of two images as a sum, by the phase between them: at a fold and on a ring, and the next order.
 _AT_FOLD, _ON_RING, _NEXT_ORDER = 0.14, 0.18, 0.7
 # The amplitude of many images of one index, by the root of the sum of squares.
@@ -280,7 +282,8 @@ def _airy_scale(pair: WaveImages, omega: Float[Array, " frequencies"]) -> Float[
 
 def _share(order: int, omega: Any) -> Any:
     """The error of a ring or a fold by its field."""
-    return (_OF_PRIMARY if order == 1 else _OF_RING) / (omega + _LONG_WAVES)
+    share = (_OF_PRIMARY if order == 1 else _OF_RING) / (omega + _LONG_WAVES)
+    return share * (1 + (_LONGEST_WAVES / omega) ** 4)
 
 
 def ring_error(

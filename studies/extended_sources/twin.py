@@ -26,6 +26,8 @@ _CORNERS = ((0, 0), (1, 0), (0, 1), (1, 1), (0.5, 0.5))
 _LEVELS, _MOST_CELLS = 60, 16000
 # Ends of a cell (radians, or by their distance from the hole) that stand for all of it, where they lie within that.
 _NARROW = 0.5
+# Radii of the plane that are far, by that of the disc.
+_FAR = 3.0
 
 
 def summed(
@@ -61,7 +63,7 @@ def _summed(
     )
     size, beyond = np.full(len(phi), 2 * math.pi / 96), np.full(len(phi), _DEEPEST / 64)
     total, sums = 0.0, [math.inf]
-    resolved = True
+    lost = 0.0
     scale = float(lengths(centre))
 
     def distances(ends: Array, place: Array) -> Array:
@@ -113,6 +115,10 @@ def _summed(
         known = reached.all(axis=1) & (spread < _NARROW * scale)
         reach = np.where(known, 2 * spread, 2 * stretch * (across + down)[:, 0])
         close = (np.abs(away) < reach[:, None]).any(axis=1)
+        if len(centre) == 2:
+            # Toward the rim at infinity radii grow, and no disc is met any more.
+            far = np.where(reached, lengths(ends), math.inf).min(axis=1) > _FAR * (scale + radius)
+            close &= reached.all(axis=1) | ~far
         mixed = (counted > 0).any(axis=1) & (counted < 0).any(axis=1)
         inside = (away < 0).any(axis=1) & (counted > 0).any(axis=1)
         split = (close | (mixed & inside)) & (counted > 0).any(axis=1)
@@ -121,8 +127,11 @@ def _summed(
         partial = _partial(density, phi[split], depth[split], size[split], beyond[split], away[split], counted[split])
         if level == _LEVELS or not split.any() or (level > 8 and split.sum() > _MOST_CELLS):
             total += partial
-            # Discs slip through cells that are larger.
-            resolved = not split.any() or np.median(np.nan_to_num(spread[split], nan=math.inf)) <= _NARROW * radius
+            # Discs may slip through cells whose ends reach farther.
+            rough = known & split & (spread > _NARROW * radius)
+            part = np.minimum((radius / spread[rough]) ** 2, 1)
+            middle = density(phi[rough] + size[rough] / 2, depth[rough] + beyond[rough] / 2)
+            lost = float(part @ (middle * size[rough] * beyond[rough]))
             break
         sums.append(total + partial)
         # The side with the longer image is halved.
@@ -137,7 +146,8 @@ def _summed(
         depth = np.concatenate([depth, depth + ~halved * beyond])
         size, beyond = np.tile(size, 2), np.tile(beyond, 2)
     # Each of two halvings is of one side.
-    return total, (sums[-2] if len(sums) > 1 else total) if resolved else math.inf
+    before = sums[-2] if len(sums) > 1 else math.inf
+    return total, total + abs(total - before) + lost
 
 
 def _area(density, phi: Array, depth: Array, size: Array, beyond: Array) -> float:

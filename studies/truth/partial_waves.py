@@ -89,7 +89,8 @@ def _series(omega: float, barrier: Array, sign: int) -> tuple[Array, Array]:
     for k in range(_TERMS):
         following = ((k * (k + 1) - barrier) * term - 2 * k * k * before) / (sign * 2j * omega * (k + 1))
         part = following * _FAR ** -(k + 1.0)
-        falls &= np.abs(part) < last
+        # Terms of high l grow first.
+        falls &= (np.abs(part) < last) | (2 * omega * _FAR * (k + 1) < barrier)
         if not falls.any():
             break
         value = np.where(falls, value + part, value)

@@ -59,6 +59,16 @@ class Field:
     seconds: float
 
     @property
+    def relative_error(self) -> float:
+        """Of the field; infinite where a method has none."""
+        return self.error / self.value if self.value else math.inf
+
+    @property
+    def relative_off(self) -> float:
+        """The difference in parts of the field."""
+        return self.off / self.value if self.value else math.inf
+
+    @property
     def wrong(self) -> bool:
         """Whether the difference is more than both errors."""
         return self.certified and self.off > self.allowed
@@ -136,10 +146,9 @@ def picture(parts: dict[str, list[Field]]) -> Figure:
                 chosen = [field for field in found if field.method == method]
                 dots = {"color": colour, "markeredgewidth": 0, "linestyle": "none"}
                 seconds = [field.seconds for field in chosen]
-                ax.plot(
-                    seconds, [field.error / field.value for field in chosen], "o", markersize=3.5, label=method, **dots
-                )
-                off = [max(field.off / field.value, 1e-12) for field in chosen]
+                errors = [field.relative_error for field in chosen]
+                ax.plot(seconds, errors, "o", markersize=3.5, label=method, **dots)
+                off = [max(field.relative_off, 1e-12) for field in chosen]
                 ax.plot(seconds, off, ".", markersize=1.8, alpha=0.7, **dots)
             ax.set(xscale="log", yscale="log", xlabel="run time (s)", title=title, ylim=(1e-9, 30))
             ax.legend(loc="lower left", markerscale=1.3)
@@ -161,8 +170,8 @@ def table(parts: dict[str, list[Field]]) -> str:
                     method,
                     str(len(chosen)),
                     str(sum(field.wrong for field in chosen)),
-                    f"{np.median([field.error / field.value for field in chosen]):.2g}",
-                    f"{np.median([field.off / field.value for field in chosen]):.2g}",
+                    f"{np.median([field.relative_error for field in chosen]):.2g}",
+                    f"{np.median([field.relative_off for field in chosen]):.2g}",
                     f"{max(ratios):.2g}" if ratios else "",
                     f"{np.median([field.seconds for field in chosen]):.2g}",
                 ]
