@@ -106,11 +106,11 @@ def boundaries(
     """
     brightest = 1.0 if weight is None else weight(points).max(axis=1)
     parts = components(arcs)
-    found = [_Bound(points[chosen], sign[chosen], hole) for chosen in parts]
+    loops = [_Bound(points[chosen], sign[chosen], hole) for chosen in parts]
     # Where boundaries turn about the hole backward in all, the images lie round the direction opposite to it.
-    around = -min(0, sum(bound.turns for bound in found)) if len(hole) == 3 else 0
+    around = -min(0, sum(bound.turns for bound in loops)) if len(hole) == 3 else 0
     bounds = []
-    for chosen, bound in zip(parts, found, strict=True):
+    for chosen, bound in zip(parts, loops, strict=True):
         share = min(around, max(0, -bound.turns))
         around -= share
         off = float((error * brightest)[chosen].sum())

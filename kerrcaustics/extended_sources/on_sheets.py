@@ -98,7 +98,7 @@ class _Probes:
 
     @classmethod
     def searched_for(cls, sheets: Sheets, rim: Circle) -> "_Probes":
-        """Those farthest from the caustics."""
+        """Places farthest from the caustics."""
         radius, place = _probes(sheets, rim, beside_caustics=True)
         return cls(radius, search(sheets, place))
 

@@ -91,8 +91,7 @@ def _motion(camera: Viewer, b: Float[Array, " n"], q: Float[Array, " n"], sign: 
     frame = camera.frame()
     a, r, c, s = frame.spin, frame.radius, frame.cos_theta, frame.sin_theta
     at = kerr.metric(a, r, c)
-    square = r**2 + a**2
-    radial = (square - a * b) ** 2 - (square - 2 * r) * ((b - a) ** 2 + q)
+    radial = kerr.radial_potential(a, r, b, q)
     # On the axis b is 0, and any azimuth will do.
     around = np.zeros_like(b) if camera.on_axis else b / s
     polar = q - c**2 * (around**2 - a**2)

@@ -46,6 +46,12 @@ def metric(spin: float, radius: float, cos_theta: float) -> Metric:
     )
 
 
+def radial_potential(spin: float, radius: float, b: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """R of light of unit energy, of which p_r = sqrt(R) / Delta; below 0 by rounding where light turns."""
+    square = radius**2 + spin**2
+    return (square - spin * b) ** 2 - (square - 2 * radius) * ((b - spin) ** 2 + q)
+
+
 def horizon(spin: float) -> float:
     """Radius of the outer horizon, r_+."""
     return 1 + math.sqrt((1 - spin) * (1 + spin))

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.extended_sources.arcs import values_at
 from kerrcaustics.images.images import star_images
-from kerrcaustics.images.sheets import HIGHEST_INDEX, Sheets, sheets_of
+from kerrcaustics.images.sheets import HIGHEST_INDEX, Sheets
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
 from kerrcaustics.spacetime.checks import numbers, quoted, real_number, whole_number
@@ -130,8 +130,8 @@ def diffraction_pattern(
     nodes = chebyshev.chebpts1(_STARS)
     grid = np.array([(_at(theta, x), _at(phi, y)) for x in nodes for y in nodes])
     middle = _at(theta, 0.0), _at(phi, 0.0)
-    waves = _waves(WaveSource(viewer, SKY, middle), min(highest + 1, HIGHEST_INDEX))
-    sheets = sheets_of(viewer, min(highest + 1, HIGHEST_INDEX))
+    here, beyond = WaveSource(viewer, SKY, middle), min(highest + 1, HIGHEST_INDEX)
+    waves, sheets = _waves(here, beyond), here.sheets(beyond)
     nearest = _nearest_order(sheets, highest, from_angles(*middle))
     rings, missing = _rings(viewer, sheets, grid, nearest, highest)
     shares = values_at(nodes, np.linspace(-1, 1, count))

@@ -9,6 +9,7 @@ from jaxtyping import Float
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import SKY, CelestialSphere, Sphere
 from kerrcaustics.images.sheets import Sheets, sheets_of
+from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import redshift
 from kerrcaustics.spacetime.sphere import from_angles
@@ -65,7 +66,8 @@ class WaveSource:
         if self.surface.finite:
             assert beams.impact is not None
             assert beams.carter is not None
-            intensity = intensity * self._distance**2 / self._across(beams.impact, beams.carter)
+            radial = kerr.radial_potential(self.viewer.spin, float(self.surface.radius), beams.impact, beams.carter)
+            intensity = intensity * self._distance**2 / np.sqrt(np.maximum(radial, 0))
         return np.sqrt(intensity)
 
     @property
@@ -75,12 +77,6 @@ class WaveSource:
             return 1.0
         viewer = self.viewer.radius * from_angles(self.viewer.inclination, 0.0)
         return float(np.linalg.norm(viewer - float(self.surface.radius) * self.star))
-
-    def _across(self, b: Float[Array, " rays"], q: Float[Array, " rays"]) -> Float[Array, " rays"]:
-        """sqrt(R) at the source; zero for light along the sphere."""
-        a, r = self.viewer.spin, float(self.surface.radius)
-        square = r**2 + a**2
-        return np.sqrt(np.maximum((square - a * b) ** 2 - (square - 2 * r) * (q + (b - a) ** 2), 0))
 
 
 def unlensed(viewer: Viewer) -> float:
