@@ -12,8 +12,11 @@ computed one by one.
 (e), (f) The glory: sources about the direction opposite to the camera at r = 10. Without spin the caustic is a point,
 and the rings are those of a Bessel function; with the spin 0.9 it is an astroid (white), whose folds and cusps have
 fringes of their own.
+(g), (h) The near cusp of the secondary caustic (white) of a = 0.999 seen from r = 6.03, the hole and camera of the
+paper's Fig. 8, and the cusp enlarged at four times the frequency. This caustic is 250 degrees long: the ring of its
+images is summed but for the lines on which the nearest image jumps to the far end.
 
-Beyond the paper. Scalar waves, images of index 0 to 2.
+Beyond the paper. Scalar waves, images of index 0 to 2; in (g) and (h) those beside the tertiary caustic are left out.
 """
 
 import math
@@ -38,13 +41,16 @@ FOLDS, ALONG = (1.25, (5.70, 5.84)), (1.2, (5.80, 5.90))
 GLORY = 1500.0
 WIDE = 0.0026
 """Radians to each side of the caustic."""
+LONG = kc.Camera(spin=0.999, radius=6.03)
+NEAR_END, NEAR_CUSP = ((1.3, 1.84), (5.15, 5.6)), ((1.53, 1.61), (5.385, 5.47))
+LONG_FREQUENCY = 40.0
 
 
 def main(output: Path) -> list[Path]:
     caustic = kc.caustics(CAMERA, orders=2)[1]
     with rc_context(style.RC):
-        figure = Figure(figsize=(style.PAGE_WIDTH, 8.6), layout="constrained")
-        rows = figure.subfigures(3, 1, height_ratios=(1.2, 0.9, 1.3))
+        figure = Figure(figsize=(style.PAGE_WIDTH, 11.4), layout="constrained")
+        rows = figure.subfigures(4, 1, height_ratios=(1.2, 0.9, 1.3, 1.3))
         for ax, letter, region, times in zip(rows[0].subplots(1, 2), "ab", (WHOLE, CUSP), (1, 4), strict=True):
             draw_pattern(ax, caustic, region, FREQUENCY * times)
             ax.set_title(rf"({letter}) a = 0.5, r = 16, $\omega M = {FREQUENCY * times:g}$")
@@ -54,12 +60,16 @@ def main(output: Path) -> list[Path]:
             (caustic,) = kc.caustics(camera, orders=1)
             draw_pattern(ax, caustic, tuple((x - WIDE, x + WIDE) for x in caustic.place.mean(axis=0)), GLORY)
             ax.set_title(rf"({letter}) glory, a = {spin:g}, r = 10, $\omega M = {GLORY:g}$")
+        caustic = kc.caustics(LONG, orders=2)[1]
+        for ax, letter, region, times in zip(rows[3].subplots(1, 2), "gh", (NEAR_END, NEAR_CUSP), (1, 4), strict=True):
+            draw_pattern(ax, caustic, region, LONG_FREQUENCY * times, max_index=1)
+            ax.set_title(rf"({letter}) a = 0.999, r = 6.03, $\omega M = {LONG_FREQUENCY * times:g}$")
     return write_line_art(figure, output, "diffraction")
 
 
-def draw_pattern(ax: Axes, caustic: kc.Caustic, region: tuple, frequency: float) -> None:
+def draw_pattern(ax: Axes, caustic: kc.Caustic, region: tuple, frequency: float, max_index: int = 2) -> None:
     """The intensity of sources in a region, with the caustic."""
-    pattern = kc.diffraction_pattern(caustic.camera, region, frequency, pixels=400)
+    pattern = kc.diffraction_pattern(caustic.camera, region, frequency, max_index=max_index, pixels=400)
     extent = np.degrees([*region[1], region[0][1], region[0][0]])
     image = ax.imshow(
         np.abs(pattern.value) ** 2, extent=tuple(extent), cmap="magma", aspect=1 / math.sin(region[0][0]), vmin=0

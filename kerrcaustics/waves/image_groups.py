@@ -11,7 +11,8 @@ from jaxtyping import Float
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.images.sheets import HIGHEST_INDEX
 from kerrcaustics.spacetime.sphere import lengths
-from kerrcaustics.waves.nearest_curve import FARTHEST, NearestCurve, nearest_curve, next_order
+from kerrcaustics.waves.nearest_curve import FARTHEST, nearest_curve
+from kerrcaustics.waves.ring_integral import NearestCurve, next_order
 from kerrcaustics.waves.uniform import cusp_triple, fold_pair, ring_pair
 from kerrcaustics.waves.wave_images import WaveImages
 from kerrcaustics.waves.wave_sources import WaveSource
@@ -39,13 +40,15 @@ _OFF_AXIS = 3.0
 _LONGEST_WAVES = 0.05
 # Errors of two images as a sum, by the phase between them: at a fold and on a ring, and the next order.
 _AT_FOLD, _ON_RING, _NEXT_ORDER = 0.14, 0.18, 0.7
+# The same of an image beside a cusp, by its phase to those that are not there.
+_BESIDE_CUSP = 0.4
 # The amplitude of many images of one index, by the root of the sum of squares.
 _IN_PHASE = 2.0
 # Amplitude of each index by that of two before, as images are on the same side then, at least and at most; and the rest
 # by the highest index, where no more is known. How much more than so the rest may be, where indices have the same
-# number of images, and where it grows.
+# number of images, and where it grows; and the whole where stars are within caustics.
 _LEAST_RATIO, _LARGEST_RATIO, _UNKNOWN_RATIO = 0.05, 0.8, 0.75
-_UNSURE = (1.25, 3.0)
+_UNSURE, _MORE = (1.25, 2.5), 1.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +79,9 @@ def best_parts(
             curve = nearest_curve(source, sheets.curves, order)
         if curve is not None and not curve.is_smooth:
             curve = None
-        groups.append(_BesideCurve(waves.ring(order), curve, order, caustic, star, source.nearness))
+        ring = waves.ring(order)
+        on_curve = np.ones(len(ring), bool) if curve is None or curve.gap else curve.holds(ring.time)
+        groups.append(_BesideCurve(ring[on_curve], ring[~on_curve], curve, order, caustic, star, source.nearness))
     choices = []
     for first in (1, 2):
         parts = [] if first == 1 else [_alone(waves[waves.index == 0], omega)]
@@ -104,6 +109,11 @@ def summed_error(ring: WaveImages, omega: Float[Array, " frequencies"]) -> Float
     return _error_of_pairs(ring, _gaps(ring), omega, _ON_RING / 2 if len(ring) == 2 else _AT_FOLD)
 
 
+def apart_error(images: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+    """The error of images as a sum."""
+    return summed_error(images, omega) + error_of_images(images, omega)
+
+
 def _gaps(ring: WaveImages) -> Float[Array, " images"]:
     """Times between each image and the next on the ring, infinite where these are no pair."""
     following = np.roll(np.arange(len(ring)), -1)
@@ -124,11 +134,13 @@ def _error_of_pairs(
 class _BesideCurve:
     """The images beside a critical curve.
 
-    ring: in the order of their position angles; curve: their nearest curve, if it is smooth; order: of the critical
-    curve; caustic: its points, None if they are not known; star: direction; nearness: of viewer and source to the hole.
+    ring: in the order of their position angles; others: of the same indices, but beside the next critical curve; curve:
+    the nearest curve of the ring, if it is smooth; order: of the critical curve; caustic: its points, None if they are
+    not known; star: direction; nearness: of viewer and source to the hole.
     """
 
     ring: WaveImages
+    others: WaveImages
     curve: NearestCurve | None
     order: int
     caustic: Points | None
@@ -151,7 +163,7 @@ class _BesideCurve:
 
     def torn(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
         """The part that is lost where its images belong to two other groups."""
-        return summed_error(self.ring, omega) + self._beyond_caustic(omega)
+        return summed_error(self.ring, omega) + summed_error(self.others, omega) + self._beyond_caustic(omega)
 
     def _ways(self, omega: Float[Array, " frequencies"]) -> dict[str, tuple[Array, Array]]:
         """The waves and their errors, by each method that there is."""
@@ -162,8 +174,14 @@ class _BesideCurve:
             value = self.curve.field(omega)
             # What the images would be without their phases, but on a caustic no more than there can be.
             size = np.minimum(np.sqrt(omega) * self.curve.brightest, apart)
-            ways["line"] = value, share * self.curve.far_off * np.maximum(np.abs(value), size)
-        elif len(ring) == 2:
+            error = share * self.curve.far_off * np.maximum(np.abs(value), size)
+            ways["line"] = value, error
+            if self.curve.gap is not None:
+                hidden = ring[~self.curve.holds(ring.time)]
+                error += self.curve.lost_in_gap(omega) + apart_error(hidden, omega)
+                error += beyond_gap(ring, self.curve, self.caustic, self.star, omega)
+                ways["line"] = value + hidden.field(omega), error
+        if len(ring) == 2 and (self.curve is None or self.curve.gap is not None):
             early = np.argsort(ring.time)
             value = ring_pair(omega, int(ring.index.min()), _two(ring.time[early]), _two(ring.amplitude[early]))
             size = np.sqrt(math.pi * omega * np.ptp(ring.time) / 4) * ring.amplitude.sum()
@@ -172,14 +190,15 @@ class _BesideCurve:
             )
             ways["ring"] = value * next_order(self.order, omega), error + self._beyond_caustic(omega)
         if len(ring):
-            error = summed_error(ring, omega) + error_of_images(ring, omega)
-            ways["images"] = ring.field(omega), error + self._beyond_caustic(omega)
+            ways["images"] = ring.field(omega), apart_error(ring, omega) + self._beyond_caustic(omega)
         if len(ring) > 2:
             for name, way in (("fold", _with_fold), ("cusp", _with_cusp)):
                 value, error, around = way(ring, omega, share)
                 ways[name] = value, error + self._beyond_caustic(omega, around)
+        more, unsure = self.others.field(omega), apart_error(self.others, omega)
         return {
-            name: (np.nan_to_num(value), np.nan_to_num(error, nan=math.inf)) for name, (value, error) in ways.items()
+            name: (np.nan_to_num(value) + more, np.nan_to_num(error, nan=math.inf) + unsure)
+            for name, (value, error) in ways.items()
         }
 
     @property
@@ -211,14 +230,16 @@ class _BesideCurve:
     def _beyond_caustic(
         self, omega: Float[Array, " frequencies"], around: Float[Array, " images"] | None = None
     ) -> Float[Array, " frequencies"]:
-        """Waves that may reach the star from a caustic beside it without an image; they fall as the Airy function does.
+        """What a caustic beside the star does where it has no images.
 
-        On a fold they grow with the sixth root of the frequency. A caustic that is much smaller than its distance has
-        none, nor has that part of it which the images at the position angles `around` come from.
+        Waves reach the star from beyond a fold, which fall as the Airy function does; on a fold they grow with the
+        sixth root of the frequency. And the image beside a cusp is not alone: its error falls with the phase that it
+        would have to others. A caustic that is much smaller than its distance has none of it, nor has that part of it
+        which the images at the position angles `around` come from.
         """
         if self.caustic is None or not len(self.ring):
             return np.zeros(len(omega))
-        away, place = lengths(self.caustic.direction - self.star), self.caustic.direction
+        away, place = _distances(self.caustic, self.star), self.caustic.direction
         if away.min() > _SMALL * float(lengths(place - place.mean(axis=0)).max()):
             return np.zeros(len(omega))
         if around is not None:
@@ -227,9 +248,42 @@ class _BesideCurve:
             middle = np.exp(1j * around).mean()
             spread = float(np.abs(np.angle(np.exp(1j * around) / middle)).max())
             away = away[np.abs(np.angle(turn / middle)) > spread + _BESIDE_IMAGES]
-        nearest = float(away.min(initial=math.inf))
-        bright = float(np.linalg.norm(np.minimum(self.ring.amplitude, 1.0)))
-        return _BESIDE_FOLD * np.maximum(omega, 1.0) ** (1 / 6) * bright * np.exp(-_DECAY * omega * nearest**1.5)
+        return _dark_error(self.ring, float(away.min(initial=math.inf)), omega)
+
+
+def _distances(caustic: Points, star: Float[Array, " 3"]) -> Float[Array, " points"]:
+    """Distances of a star from the chords between points of a caustic, each with the next."""
+    here = caustic.direction - star
+    chord = np.roll(here, -1, axis=0) - here
+    with np.errstate(invalid="ignore", divide="ignore"):
+        part = -np.einsum("nx,nx->n", here, chord) / np.einsum("nx,nx->n", chord, chord)
+    return lengths(here + np.clip(np.nan_to_num(part), 0, 1)[:, None] * chord)
+
+
+def _dark_error(ring: WaveImages, nearest: float, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+    """The error of images beside a caustic at some distance that has none there."""
+    if not len(ring):
+        return np.zeros(len(omega))
+    # Next to a fold the amplitudes of its own pair say little, those of the others how bright the ring is.
+    bright = float(np.linalg.norm(np.minimum(ring.amplitude, max(1.0, float(ring.amplitude.min())))))
+    phase = _DECAY * omega * nearest**1.5
+    with np.errstate(divide="ignore"):
+        on_fold = _BESIDE_FOLD * np.maximum(omega, 1.0) ** (1 / 6) * bright
+        return np.minimum(on_fold * np.exp(-phase) + _BESIDE_CUSP / phase * bright, on_fold)
+
+
+def beyond_gap(
+    ring: WaveImages,
+    curve: NearestCurve,
+    caustic: Points | None,
+    star: Float[Array, " 3"],
+    omega: Float[Array, " frequencies"],
+) -> Float[Array, " frequencies"]:
+    """The same of the part of a caustic that the gap of a nearest curve hides."""
+    if caustic is None or curve.gap is None:
+        return np.zeros(len(omega))
+    away = _distances(caustic, star)[curve.gap.hides(caustic.edge_phase)]
+    return _dark_error(ring, float(away.min(initial=math.inf)), omega)
 
 
 def _two(values: Sequence[float] | Array) -> tuple[float, float]:
@@ -302,17 +356,21 @@ def left_out(waves: WaveImages, last: int) -> float:
     amplitude = np.nan_to_num(waves.amplitude, posinf=0)
     sums, squares = (np.bincount(waves.index, amplitude**power, HIGHEST_INDEX + 2) for power in (1, 2))
     # Of many images the phases differ.
-    sums = np.minimum(sums, _IN_PHASE * np.sqrt(squares))
+    roots = np.sqrt(squares)
+    sums = np.minimum(sums, _IN_PHASE * roots)
     known = np.flatnonzero(sums)
     if not len(known):
         return 0.0
-    highest = int(known.max())
+    highest, count = int(known.max()), np.bincount(waves.index, minlength=HIGHEST_INDEX + 2)
     if highest < 2:
         beyond = _UNKNOWN_RATIO * sums[highest]
     else:
-        ratio = min(sums[highest] / sums[highest - 2], _LARGEST_RATIO) if sums[highest - 2] > 0 else _LARGEST_RATIO
+        grows = bool(count[highest] > count[highest - 2])
+        size = roots if grows else sums
+        ratio = min(size[highest] / size[highest - 2], _LARGEST_RATIO) if size[highest - 2] > 0 else _LARGEST_RATIO
         later = max(ratio, _LEAST_RATIO)
-        count = np.bincount(waves.index, minlength=highest + 1)
-        unsure = _UNSURE[int(count[highest] > count[highest - 2])]
-        beyond = unsure * (ratio * sums[highest - 1] + later * sums[highest]) / (1 - later)
-    return float(sums[last + 1 : highest + 1].sum() + beyond)
+        beyond = _UNSURE[int(grows)] * (ratio * sums[highest - 1] + later * sums[highest]) / (1 - later)
+        # Within a caustic images are brighter than those of the next indices can be.
+        beyond = min(beyond, sums[highest - 1] + sums[highest])
+    within_caustic = count.max() > 1
+    return (_MORE if within_caustic else 1.0) * float(sums[last + 1 : highest + 1].sum() + beyond)

@@ -6,11 +6,11 @@ it momentum (Maslov's mixed representation).
 """
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import CelestialSphere, Sphere
@@ -22,6 +22,8 @@ from kerrcaustics.lens_map.sky_lines import periodic
 from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import lengths, polar_basis, tangent_basis
 from kerrcaustics.spacetime.viewer import Viewer
+from kerrcaustics.waves.gaps import FADES, Gap, gap_of
+from kerrcaustics.waves.ring_integral import NearestCurve, rate_of, roughness_of, turns
 from kerrcaustics.waves.wave_sources import WaveSource
 
 Array = np.ndarray
@@ -32,92 +34,69 @@ FARTHEST = 1.1
 # Lines at first, and at most; part of the largest Fourier coefficient that the last ones may have, with which the curve
 # is taken for smooth, with which it is still of use, and with which the nearest place jumps.
 _LINES, _MOST_LINES, _SMOOTH, _ROUGH, _JUMPS = 64, 1024, 1e-7, 1e-5, 1e-2
+# Lines of a curve with a gap, the change of depth from one of them to the next that is a jump, and the least rate of
+# the phase where the amplitude fades.
+_BESIDE_GAPS, _JUMP, _LEAST_RATE = 512, 0.2, 0.1
 # Steps of the secant method along a line, in depth: the first, the longest, how many, and the last.
 _FIRST, _LONGEST, _MOST_STEPS, _LAST = 1e-3, 0.3, 30, 1e-8
 # Places on each line where the nearest one is looked for, the depth of the outermost, and the error of their rays.
 _SAMPLES, _OUTERMOST, _OF_SAMPLES = 24, 0.02, 1e-8
-# Below it a phase is round-off: on an axis it is constant.
-_TINY = 1e-3
-# By the frequency.
-_NEXT_PHASE = 1 / 24
 # The growth of the error by the square of the farthest nearest place, radians, and by the inverse radius of the viewer,
 # as partial waves show it.
 _FAR_OFF = 6.5
 # Differences along the sky's coordinates.
 _DIFFERENCE = 1e-5
-# Nodes of the sum: per radian of phase that passes in a turn, and at least.
-_PER_RADIAN, _LEAST_NODES = 1.2, 40
-# Most entries that are held at once.
-_MOST_ENTRIES = 4_000_000
-
-
-@dataclass(frozen=True, eq=False)
-class NearestCurve:
-    """The integrand of a ring of images, at equally spaced lines.
-
-    order: of the critical curve; phase: T - B . n_s; amplitude: of the sum; away: distance of the nearest place from
-    the star, radians; roughness: the last Fourier coefficients by the largest; is_smooth: whether the curve is one, and
-    every line crosses it once.
-    """
-
-    order: int
-    phase: Float[Array, " lines"]
-    amplitude: Float[Array, " lines"]
-    far_off: float
-    roughness: float
-    is_smooth: bool
-
-    @property
-    def fastest(self) -> float:
-        """The largest rate of the phase along the curve."""
-        return float(np.abs(_rate(self.phase)).max())
-
-    @property
-    def brightest(self) -> float:
-        """The integral of the amplitude, by which the field grows with the root of the frequency at most."""
-        return float(self.amplitude.mean()) * math.sqrt(2 * math.pi)
-
-    def nodes(self, omega: float) -> int:
-        """Number of nodes that the sum needs at a frequency: with fewer it is wrong, and does not show it."""
-        return math.ceil(_PER_RADIAN * abs(omega) * self.fastest + _LEAST_NODES)
-
-    def field(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
-        """The sum at frequencies that are not 0."""
-        count = max(len(self.phase), max(map(self.nodes, omega.tolist()), default=0))
-        phase, amplitude = resampled(self.phase, count), resampled(self.amplitude, count)
-        rows = max(1, _MOST_ENTRIES // count)
-        parts = [np.empty(0, complex)]
-        for first in range(0, len(omega), rows):
-            w = omega[first : first + rows]
-            parts.append(np.exp(1j * w[:, None] * phase) @ amplitude)
-        return self.turned(omega) * np.concatenate(parts) * (2 * math.pi / count)
-
-    def turned(self, omega: Any) -> Any:
-        """The factor before the integral."""
-        turn = np.exp(-0.25j * math.pi - 0.5j * math.pi * (self.order - 1))
-        return np.sqrt(omega / (2 * math.pi)) * turn * next_order(self.order, omega)
-
-
-def next_order(order: int, omega: Any) -> Any:
-    """The next order of the asymptotics across a ring as a phase: that of a point mass for the primary one, else 1."""
-    return np.exp(1j * _NEXT_PHASE / omega) if order == 1 else 1.0
 
 
 def nearest_curve(source: WaveSource, curves: CriticalCurves, order: int) -> NearestCurve:
-    """The nearest curve of a source among the images beside the critical curve of an order."""
-    count, sky = _LINES, search_sky(source.viewer)
+    """The nearest curve of a source among the images beside the critical curve of an order.
+
+    Where the nearest place jumps, and only there, the curve has a gap.
+    """
+    count = _LINES
     while True:
-        curve = _with_lines(sky, source, order, *_first_depths(sky, source, curves, order, count))
-        if curve.is_smooth or 2 * count > _MOST_LINES or (count > _LINES and curve.roughness > _JUMPS):
+        curve = _nearest_places(source, curves, order, count).curve()
+        if curve.is_smooth:
             return curve
+        if 2 * count > _MOST_LINES or (count > _LINES and curve.roughness > _JUMPS):
+            break
         count *= 2
+    places = _nearest_places(source, curves, order, _BESIDE_GAPS)
+    gap = gap_of(places.edge_phase, places.broken)
+    return _first_smooth([places], gap)[0] if gap else curve
+
+
+def curves_with_gap(sources: Sequence[WaveSource], curves: CriticalCurves, order: int) -> list[NearestCurve]:
+    """The nearest curves of several sources, with one gap for all; none if they have none in common."""
+    places = [_nearest_places(source, curves, order, _BESIDE_GAPS) for source in sources]
+    gap = gap_of(places[0].edge_phase, np.any([at.broken for at in places], axis=0))
+    return _first_smooth(places, gap) if gap else []
+
+
+def _first_smooth(places: Sequence["_NearestPlaces"], gap: Gap) -> list[NearestCurve]:
+    """Curves with a gap that fades out as slowly as images allow."""
+    curves: list[NearestCurve] = []
+    for fade in FADES:
+        curves = [at.curve(replace(gap, fade=fade)) for at in places]
+        if all(curve.is_smooth for curve in curves):
+            break
+    return curves
+
+
+def _nearest_places(source: WaveSource, curves: CriticalCurves, order: int, count: int) -> "_NearestPlaces":
+    """The places nearest to the star on so many lines."""
+    sky = search_sky(source.viewer)
+    depth, first, last = _first_depths(sky, source, curves, order, count)
+    lines = _LineFamily(sky.search_camera, source.surface, turns(count))
+    depth, here, lost = _nearest(lines, source.star, depth)
+    return _NearestPlaces(source, order, lines, depth, here, lost | (depth <= first) | (depth >= last))
 
 
 def _first_depths(
     sky: SearchSky, source: WaveSource, curves: CriticalCurves, order: int, count: int
 ) -> tuple[Float[Array, " lines"], Float[Array, " lines"], Float[Array, " lines"]]:
     """Depths on lines next to the place that is nearest to the star, and the range in which they belong to the ring."""
-    edge_phase = _turns(count)
+    edge_phase = turns(count)
     here = _depth(curves, order, edge_phase)
     inner = _depth(curves, order + 1, edge_phase) if order < len(curves.curves) else None
     outer = _depth(curves, order - 1, edge_phase) if order > 1 else None
@@ -139,36 +118,69 @@ def _depth(curves: CriticalCurves, order: int, edge_phase: Float[Array, " lines"
     return periodic(phase, points.depth[first])(edge_phase)
 
 
-def _with_lines(
-    sky: SearchSky,
-    source: WaveSource,
-    order: int,
-    depth: Float[Array, " lines"],
-    first: Float[Array, " lines"],
-    last: Float[Array, " lines"],
-) -> NearestCurve:
-    """The curve at so many lines, from depths beside it; first, last: their range."""
-    star, lines = source.star, _LineFamily(sky.search_camera, source.surface, _turns(len(depth)))
-    depth, here, lost = _nearest(lines, star, depth)
-    beams, along = here.beams, here.along
-    n = beams.direction
-    impact = _impact_vectors(lines, depth, here)
-    ahead = np.cross(n, along) / lengths(along)[:, None]
-    pushed = np.einsum("nx,nx->n", ahead, _rate(impact))
-    turned = (lines.sky(depth, _DIFFERENCE) - lines.sky(depth, -_DIFFERENCE)) / (2 * _DIFFERENCE)
-    area = lengths(np.cross(turned, here.deeper)) * sky.still_lengths(here.sky) ** 2
-    with np.errstate(invalid="ignore", divide="ignore"):
-        amplitude = source.amplitudes(sky.search_camera, here.sky, beams, np.abs(pushed) * area / lengths(along))
-    phase = sky.viewer_time(here.time, np.zeros(len(n)))[0] - impact @ star
-    is_whole = bool(np.isfinite(phase).all() and np.isfinite(amplitude).all())
-    one_way = bool((pushed > 0).all() or (pushed < 0).all())
-    tail = max(_tail(phase - phase.mean()), _tail(amplitude)) if is_whole else math.inf
-    smooth = _SMOOTH if 2 * len(depth) <= _MOST_LINES else _ROUGH
-    away = 2 * np.arcsin(np.clip(lengths(n - star) / 2, 0, 1))
-    near = bool(((depth > first) & (depth < last) & (away < FARTHEST)).all())
-    is_smooth = is_whole and one_way and near and not lost and tail < smooth
-    far_off = 1 + _FAR_OFF * source.nearness * float(away.max()) ** 2
-    return NearestCurve(order, phase, amplitude, far_off, tail, is_smooth)
+@dataclass(frozen=True, eq=False)
+class _NearestPlaces:
+    """The places nearest to a star on lines. astray: lines whose place was not found, or belongs to another ring."""
+
+    source: WaveSource
+    order: int
+    lines: "_LineFamily"
+    depth: Float[Array, " lines"]
+    here: "_Here"
+    astray: Bool[Array, " lines"]
+
+    @property
+    def edge_phase(self) -> Float[Array, " lines"]:
+        """Lines."""
+        return self.lines.edge_phase
+
+    @property
+    def away(self) -> Float[Array, " lines"]:
+        """Distances from the star, radians."""
+        return 2 * np.arcsin(np.clip(lengths(self.here.beams.direction - self.source.star) / 2, 0, 1))
+
+    @property
+    def broken(self) -> Bool[Array, " lines"]:
+        """Lines on which there is no place of use, and both beside a jump."""
+        jump = np.abs(np.roll(self.depth, -1) - self.depth) > _JUMP
+        return self.astray | (self.away >= FARTHEST) | jump | np.roll(jump, 1)
+
+    def curve(self, gap: Gap | None = None) -> NearestCurve:
+        """The curve through them, with a gap or without."""
+        source, here, camera = self.source, self.here, self.lines.camera
+        beams, along, n = here.beams, here.along, here.beams.direction
+        sky = search_sky(source.viewer)
+
+        def rate(values: Array) -> Array:
+            return rate_of(values if gap is None else gap.joined(self.edge_phase, values))
+
+        # Beside a gap series that are cut off ring, and differences are good enough for a sign.
+        impact = _impact_vectors(self.lines, self.depth, here, rate_of if gap is None else _difference)
+        ahead = np.cross(n, along) / lengths(along)[:, None]
+        pushed = np.einsum("nx,nx->n", ahead, rate(impact))
+        turned = (self.lines.sky(self.depth, _DIFFERENCE) - self.lines.sky(self.depth, -_DIFFERENCE)) / (
+            2 * _DIFFERENCE
+        )
+        area = lengths(np.cross(turned, here.deeper)) * sky.still_lengths(here.sky) ** 2
+        with np.errstate(invalid="ignore", divide="ignore"):
+            amplitude = source.amplitudes(camera, here.sky, beams, np.abs(pushed) * area / lengths(along))
+        phase = sky.viewer_time(here.time, np.zeros(len(n)))[0] - impact @ source.star
+        kept, short = np.ones(len(n), bool), None
+        if gap is not None:
+            share, faster = gap.share(self.edge_phase), gap.share(self.edge_phase, short=True)
+            kept, phase = faster > 0, gap.joined(self.edge_phase, phase)
+            amplitude, short = (np.where(kept, part * amplitude, 0.0) for part in (share, faster))
+        is_whole = bool(np.isfinite(phase).all() and np.isfinite(amplitude).all())
+        one_way = bool((pushed[kept] > 0).all() or (pushed[kept] < 0).all())
+        tail = max(roughness_of(phase - phase.mean()), roughness_of(amplitude)) if is_whole else math.inf
+        smooth = _SMOOTH if 2 * len(n) <= _MOST_LINES and gap is None else _ROUGH
+        is_smooth = is_whole and one_way and not self.astray[kept].any() and tail < smooth
+        is_smooth &= bool((self.away[kept] < FARTHEST).all())
+        if is_smooth and gap is not None:
+            # An image in the fade would be there in part.
+            is_smooth = bool(np.abs(rate_of(phase)[gap.fades(self.edge_phase)]).min() > _LEAST_RATE)
+        far_off = 1 + _FAR_OFF * source.nearness * float(self.away[kept].max()) ** 2
+        return NearestCurve(self.order, phase, amplitude, far_off, tail, is_smooth, gap, short)
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,8 +234,8 @@ class _LineFamily:
 
 def _nearest(
     lines: _LineFamily, star: Float[Array, " 3"], depth: Float[Array, " lines"]
-) -> tuple[Float[Array, " lines"], _Here, bool]:
-    """Depths at which n' comes nearest to the star, by the secant method, and whether some are still to be found."""
+) -> tuple[Float[Array, " lines"], _Here, Bool[Array, " lines"]]:
+    """Depths at which n' comes nearest to the star, by the secant method, and whether they are still to be found."""
     last = depth - _FIRST
     before, here = lines.at(last).along @ star, lines.at(depth)
     moving = np.ones(len(depth), bool)
@@ -238,11 +250,16 @@ def _nearest(
         moving &= np.abs(step) > _LAST
         if not moving.any():
             break
-    return depth, here, bool(moving.any())
+    return depth, here, moving
 
 
-def _impact_vectors(lines: _LineFamily, depth: Float[Array, " lines"], here: _Here) -> Float[Array, "lines 3"]:
-    """Impact vectors of the rays' asymptotes, about the hole: dT = -B . dn' gives the sign of the polar part."""
+def _impact_vectors(
+    lines: _LineFamily, depth: Float[Array, " lines"], here: _Here, rate: Callable[[Array], Array]
+) -> Float[Array, "lines 3"]:
+    """Impact vectors of the rays' asymptotes, about the hole: dT = -B . dn' gives the sign of the polar part.
+
+    rate: derivatives along the curve.
+    """
     beams, n = here.beams, here.beams.direction
     assert beams.impact is not None
     assert beams.carter is not None
@@ -254,7 +271,7 @@ def _impact_vectors(lines: _LineFamily, depth: Float[Array, " lines"], here: _He
     step = 10 * _DIFFERENCE
     slopes = [
         ((lines.at(depth + step).time - lines.at(depth - step).time) / (2 * step), here.along),
-        (_rate(here.time), _rate(n)),
+        (rate(here.time), rate(n)),
     ]
     miss = []
     for side in (1, -1):
@@ -268,26 +285,6 @@ def _dot(a: Array, b: Array) -> Array:
     return np.einsum("nx,nx->n", a, b)
 
 
-def _turns(count: int) -> Float[Array, " lines"]:
-    return 2 * math.pi * np.arange(count) / count
-
-
-def resampled(values: Float[Array, " lines"], count: int) -> Float[Array, " nodes"]:
-    """A periodic function at more equally spaced places, by its Fourier series."""
-    if count == len(values):
-        return values
-    return np.fft.irfft(np.fft.rfft(values), count) * (count / len(values))
-
-
-def _rate(values: Array) -> Array:
-    """The derivative of a periodic function of 2 pi, by its Fourier series."""
-    series = np.fft.rfft(values, axis=0)
-    order = np.arange(len(series))
-    order[-1] = 0
-    return np.fft.irfft((1j * order).reshape(-1, *[1] * (values.ndim - 1)) * series, len(values), axis=0)
-
-
-def _tail(values: Float[Array, " lines"]) -> float:
-    """The largest of the last quarter of Fourier coefficients, by the largest of all, or by that of a tiny function."""
-    series = np.abs(np.fft.rfft(values))
-    return float(series[-len(series) // 4 :].max() / max(series.max(), _TINY * len(values)))
+def _difference(values: Array) -> Array:
+    """The derivative of a periodic function of 2 pi, by neighbours."""
+    return (np.roll(values, -1, axis=0) - np.roll(values, 1, axis=0)) * (len(values) / (4 * math.pi))

@@ -3,7 +3,10 @@
 The integrand of a ring of images is smooth in the place of the star: it is found for few stars, and interpolated.
 """
 
+import itertools
 import math
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,11 +21,12 @@ from kerrcaustics.images.sheets import HIGHEST_INDEX, Sheets
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
 from kerrcaustics.spacetime.checks import numbers, quoted, real_number, whole_number
-from kerrcaustics.spacetime.sphere import from_angles, lengths
+from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.waves.amplification import LEAST_FREQUENCY
-from kerrcaustics.waves.image_groups import error_of_images, left_out, ring_error, summed_error
-from kerrcaustics.waves.nearest_curve import NearestCurve, nearest_curve, resampled
+from kerrcaustics.waves.image_groups import apart_error, beyond_gap, left_out, ring_error, summed_error
+from kerrcaustics.waves.nearest_curve import curves_with_gap, nearest_curve
+from kerrcaustics.waves.ring_integral import NearestCurve, resampled
 from kerrcaustics.waves.wave_images import WaveImages, wave_images
 from kerrcaustics.waves.wave_sources import WaveSource
 
@@ -30,7 +34,8 @@ Array = np.ndarray
 
 # Stars on each side, from which others are interpolated, and stars between these that tell the error.
 _STARS = 7
-_BETWEEN = np.array([(0.31, -0.57), (-0.73, 0.12), (0.08, 0.83)])
+_GRID, _NODES = chebyshev.chebpts1(_STARS), _STARS**2
+_BETWEEN = [(0.31, -0.57), (-0.73, 0.12), (0.08, 0.83)]
 # Most rows and columns.
 _MOST_PIXELS = 2000
 
@@ -101,7 +106,7 @@ def diffraction_pattern(
     ------
     ValueError
         If an argument is invalid, or the ring of images at the caustic next to the middle of the region has no integral
-        all over it: caustics that are longer than a right angle have none in places.
+        all over it: the far parts of caustics that are longer than a right angle have none.
 
     Errors
     ------
@@ -127,36 +132,34 @@ def diffraction_pattern(
     at_once = np.array([omega])
     highest = whole_number("max_index", max_index, 0, HIGHEST_INDEX)
     count = whole_number("pixels", pixels, 2, _MOST_PIXELS)
-    nodes = chebyshev.chebpts1(_STARS)
-    grid = np.array([(_at(theta, x), _at(phi, y)) for x in nodes for y in nodes])
-    middle = _at(theta, 0.0), _at(phi, 0.0)
-    here, beyond = WaveSource(viewer, SKY, middle), min(highest + 1, HIGHEST_INDEX)
+    places = [*itertools.product(_GRID.tolist(), repeat=2), *_BETWEEN]
+    sources = [WaveSource(viewer, SKY, (_at(theta, x), _at(phi, y))) for x, y in places]
+    # What is left out is known the better, the more indices are.
+    here, beyond = WaveSource(viewer, SKY, (_at(theta, 0.0), _at(phi, 0.0))), min(highest + 2, HIGHEST_INDEX)
     waves, sheets = _waves(here, beyond), here.sheets(beyond)
-    nearest = _nearest_order(sheets, highest, from_angles(*middle))
-    rings, missing = _rings(viewer, sheets, grid, nearest, highest)
-    shares = values_at(nodes, np.linspace(-1, 1, count))
-    field, error = np.zeros((count, count), complex), np.zeros((count, count))
+    nearest = _nearest_order(sheets, highest, here.star)
+    rings = _rings(sources, sheets, nearest, highest)
+    last = min(max(rings), HIGHEST_INDEX)
+    free = _free([_waves(source, last) for source in sources], rings)
+    steady = [index for index in range(last + 1) if len({int((part.index == index).sum()) for part in free}) == 1]
+    whole = _Sum(count)
     for order, curves in rings.items():
-        value = _field(curves, omega, shares, shares)
-        field += value
-        error += ring_error(curves, omega, np.abs(value), waves.ring(order))
-        between = np.diag(_field(curves, omega, *(values_at(nodes, axis) for axis in _BETWEEN.T)))
-        sources = [WaveSource(viewer, SKY, (_at(theta, x), _at(phi, y))) for x, y in _BETWEEN.tolist()]
-        direct = [nearest_curve(source, sheets.curves, order).field(at_once)[0] for source in sources]
-        error += float(np.abs(between - direct).max())
-    # Seen from infinity index 0 is the incident wave, which is not part of the field.
-    if nearest % 2 == 0 and (waves.index == 0).any():
-        alone = [_alone(viewer, (float(star[0]), float(star[1]))) for star in grid]
-        amplitude, time = (np.array(part).reshape(_STARS, _STARS) for part in zip(*alone, strict=True))
-        bright, late = (shares @ part @ shares.T for part in (amplitude, time))
-        field += bright * np.exp(1j * omega * late)
-        error += error_of_images(waves[waves.index == 0], at_once)
+        value = whole.add(
+            partial(_field, curves[:_NODES], omega), [curve.field(at_once)[0] for curve in curves[_NODES:]]
+        )
+        whole.error += ring_error(curves, omega, np.abs(value), waves.ring(order))
+        whole.error += _gap_error(sources, sheets, curves, waves, at_once)
+    for index in steady:
+        parts = [part[part.index == index] for part in free]
+        whole.add(partial(_sum_of_images, parts[:_NODES], omega), [part.field(at_once)[0] for part in parts[_NODES:]])
+    whole.error += float(np.abs(whole.missed).max())
+    whole.error += max(float(apart_error(part[np.isin(part.index, steady)], at_once)[0]) for part in free)
     # Neighbours that belong to two rings are summed.
     for order in range(1 + nearest % 2, highest + 2, 2):
-        error += summed_error(waves.ring(order), at_once)
-    lost = waves[np.isin(waves.index, [index for order in missing for index in (order - 1, order)])]
-    error += float(np.minimum(lost.amplitude, 1.0).sum()) + left_out(waves, max([0, *rings]))
-    remarks = [f"images beside the critical curve of order {order} are left out: no integral" for order in missing]
+        whole.error += summed_error(waves.ring(order), at_once)
+    fleeting = max(float(np.minimum(part.amplitude[~np.isin(part.index, steady)], 1.0).sum()) for part in free)
+    whole.error += fleeting + left_out(waves, last)
+    remark = "images that come and go within the region at other caustics are left out"
     return DiffractionPattern(
         camera=viewer,
         surface=SKY,
@@ -165,11 +168,27 @@ def diffraction_pattern(
         orders=tuple(rings),
         theta=np.linspace(*theta, count),
         phi=np.linspace(*phi, count),
-        real=np.real(field),
-        imaginary=np.imag(field),
-        error=error,
-        remarks=tuple(remarks),
+        real=np.real(whole.field),
+        imaginary=np.imag(whole.field),
+        error=whole.error,
+        remarks=(remark,) if fleeting > 0 else (),
     )
+
+
+class _Sum:
+    """The field of all pixels and its error, and by how much it misses the stars between the nodes."""
+
+    def __init__(self, pixels: int) -> None:
+        self.shares = values_at(_GRID, np.linspace(-1, 1, pixels))
+        self.field, self.error = np.zeros((pixels, pixels), complex), np.zeros((pixels, pixels))
+        self.missed = np.zeros(len(_BETWEEN), complex)
+
+    def add(self, part: Callable[[Array, Array], Array], between: list[complex]) -> Float[Array, "rows columns"]:
+        """A part of the field, by the weights of rows and columns; between: of the stars between the nodes."""
+        value = part(self.shares, self.shares)
+        self.field += value
+        self.missed += np.diag(part(*(values_at(_GRID, axis) for axis in np.transpose(_BETWEEN)))) - between
+        return value
 
 
 def _checked_region(region: ArrayLike) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -195,29 +214,49 @@ def _nearest_order(sheets: Sheets, highest: int, star: Float[Array, " 3"]) -> in
     return 1 + int(np.argmin([lengths(curve.points.direction - star).min() for curve in curves]))
 
 
-def _rings(
-    viewer: Viewer, sheets: Sheets, grid: Float[Array, "stars 2"], nearest: int, highest: int
-) -> tuple[dict[int, list[NearestCurve]], list[int]]:
-    """Nearest curves of all stars by order, of every second order, and those orders that have none."""
-    rings, missing = {}, []
-    sources = [WaveSource(viewer, SKY, (theta, phi)) for theta, phi in grid.tolist()]
-    for order in in_steps("ring", list(range(2 - nearest % 2, highest + 2, 2))):
+def _rings(sources: list[WaveSource], sheets: Sheets, nearest: int, highest: int) -> dict[int, list[NearestCurve]]:
+    """Nearest curves of all sources by order, of every second order that has them."""
+    rings = {}
+    for order in in_steps("ring", list(range(2 - nearest % 2, min(highest + 1, len(sheets.curves.curves)) + 1, 2))):
         curves: list[NearestCurve] = []
-        if order <= len(sheets.curves.curves):
-            for source in sources:
-                curves.append(nearest_curve(source, sheets.curves, order))
-                if not curves[-1].is_smooth:
-                    break
-        if len(curves) == len(sources) and curves[-1].is_smooth:
+        for source in sources:
+            curves.append(nearest_curve(source, sheets.curves, order))
+            if not curves[-1].is_smooth:
+                break
+            if curves[-1].gap is not None:
+                curves = curves_with_gap(sources, sheets.curves, order)
+                break
+        if len(curves) == len(sources) and all(curve.is_smooth for curve in curves):
             rings[order] = curves
         elif order == nearest:
             raise ValueError(
                 "Argument `region` must lie where images at its caustic form a ring, but those of order "
                 f"{order} do not: try a smaller one, or another place."
             )
-        else:
-            missing.append(order)
-    return rings, missing
+    return rings
+
+
+def _free(seen: list[WaveImages], rings: dict[int, list[NearestCurve]]) -> list[WaveImages]:
+    """The images of each source that belong to no ring, by their times."""
+    free = []
+    for source, waves in enumerate(seen):
+        held = np.zeros(len(waves), bool)
+        for order, curves in rings.items():
+            held |= np.isin(waves.index, (order - 1, order)) & curves[source].holds(waves.time)
+        free.append(waves[~held][np.argsort(waves.time[~held])])
+    return free
+
+
+def _gap_error(
+    sources: list[WaveSource], sheets: Sheets, curves: list[NearestCurve], waves: WaveImages, omega: Float[Array, " 1"]
+) -> float:
+    """The error of a gap in the curves of a ring."""
+    order = curves[0].order
+    ring, caustic = waves.ring(order), sheets.curves.curves[order - 1].points
+    return max(
+        float((curve.lost_in_gap(omega) + beyond_gap(ring, curve, caustic, source.star, omega))[0])
+        for source, curve in zip(sources, curves, strict=True)
+    )
 
 
 def _field(
@@ -236,10 +275,16 @@ def _field(
     return curves[0].turned(omega) * np.array(values) * (2 * math.pi / count)
 
 
-def _alone(viewer: Viewer, star: tuple[float, float]) -> tuple[float, float]:
-    """Amplitude and time of the image of index 0."""
-    waves = _waves(WaveSource(viewer, SKY, star), 0)
-    return float(waves.amplitude[0]), float(waves.time[0])
+def _sum_of_images(
+    images: list[WaveImages], omega: float, rows: Float[Array, "rows stars"], columns: Float[Array, "columns stars"]
+) -> Float[Array, "rows columns"]:
+    """The same of images of one index, each of which all stars have."""
+    amplitude, time = (
+        np.array([getattr(part, name) for part in images]).reshape(_STARS, _STARS, -1) for name in ("amplitude", "time")
+    )
+    bright, late = (np.einsum("rx,xyi,cy->irc", rows, part, columns) for part in (amplitude, time))
+    turn = np.exp(-0.5j * math.pi * images[0].index)
+    return np.einsum("i,irc->rc", turn, bright * np.exp(1j * omega * late))
 
 
 def _waves(source: WaveSource, highest: int) -> WaveImages:

@@ -173,7 +173,7 @@ def centre(
     curves = tuple(kc.caustics(viewer, HIGHEST + 1 if in_plane else order, end=end)) if order else ()
     if not curves:
         return _anywhere(viewer, end, size, chance)
-    curve = curves[int(chance.integers(len(curves)))] if in_plane else curves[order - 1]
+    curve = curves[int(chance.integers(len(curves)))] if in_plane else curves[min(order, len(curves)) - 1]
     at = int(chance.integers(len(curve.place)))
     place, beside = curve.place[at], curve.place[(at + 1) % len(curve.place)]
     along = beside - place

@@ -1,0 +1,136 @@
+"""The integral of a ring of images along its nearest curve, at any frequencies."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from kerrcaustics.waves.gaps import Gap
+
+Array = np.ndarray
+
+# By the frequency.
+_NEXT_PHASE = 1 / 24
+# Nodes of the sum: per radian of phase that passes in a turn, and at least; by how much frequencies that share nodes
+# may differ.
+_PER_RADIAN, _LEAST_NODES, _ALIKE = 1.2, 40, 1.25
+# Most entries that are held at once.
+_MOST_ENTRIES = 4_000_000
+# Images are on the curve if its phase is their time where it is stationary, so exactly, by so many times more lines;
+# the rate of a phase that is stationary without a turn.
+_FINELY, _SAME_TIME, _STILL = 8, 1e-3, 0.02
+# Below it a phase is round-off: on an axis it is constant.
+_TINY = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class NearestCurve:
+    """The integrand of a ring of images, at equally spaced lines.
+
+    order: of the critical curve; phase: T - B . n_s; amplitude: of the sum; far_off: by how much its error is larger
+    than on the axis; roughness: the last Fourier coefficients by the largest; is_smooth: whether the curve is one, and
+    every line crosses it once, but for lines in the gap; gap: lines that are left out; short_fade: the amplitude that
+    fades faster beside the gap.
+    """
+
+    order: int
+    phase: Float[Array, " lines"]
+    amplitude: Float[Array, " lines"]
+    far_off: float
+    roughness: float
+    is_smooth: bool
+    gap: Gap | None = None
+    short_fade: Float[Array, " lines"] | None = None
+
+    @property
+    def fastest(self) -> float:
+        """The largest rate of the phase along the curve."""
+        return float(np.abs(rate_of(self.phase)).max())
+
+    @property
+    def brightest(self) -> float:
+        """The integral of the amplitude, by which the field grows with the root of the frequency at most."""
+        return float(self.amplitude.mean()) * math.sqrt(2 * math.pi)
+
+    def nodes(self, omega: float) -> int:
+        """Number of nodes that the sum needs at a frequency: with fewer it is wrong, and does not show it."""
+        return math.ceil(_PER_RADIAN * abs(omega) * self.fastest + _LEAST_NODES)
+
+    def field(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+        """The sum at frequencies that are not 0."""
+        return self._sum(omega, self.amplitude)
+
+    def lost_in_gap(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+        """The error of fading out beside the gap: the difference between two lengths of the fade."""
+        if self.short_fade is None:
+            return np.zeros(len(omega))
+        return np.abs(self._sum(omega, self.amplitude - self.short_fade))
+
+    def _sum(
+        self, omega: Float[Array, " frequencies"], amplitude: Float[Array, " lines"]
+    ) -> Float[Array, " frequencies"]:
+        value, ascending = np.empty(len(omega), complex), np.argsort(np.abs(omega))
+        first = 0
+        while first < len(omega):
+            # The lower a frequency, the fewer nodes it needs.
+            most = _ALIKE * abs(omega[ascending[first]])
+            last = int(np.searchsorted(np.abs(omega[ascending]), most, side="right"))
+            count = max(len(self.phase), self.nodes(float(omega[ascending[last - 1]])))
+            last = min(last, first + max(1, _MOST_ENTRIES // count))
+            here = ascending[first:last]
+            phase, bright = resampled(self.phase, count), resampled(amplitude, count)
+            value[here] = np.exp(1j * omega[here, None] * phase) @ bright / count
+            first = last
+        return self.turned(omega) * value * (2 * math.pi)
+
+    def holds(self, time: Float[Array, " images"]) -> Bool[Array, " images"]:
+        """Whether images of the ring, by their times, are stationary places of the sum; others lie elsewhere."""
+        count = _FINELY * len(self.phase)
+        step, phase, rate = 2 * math.pi / count, resampled(self.phase, count), resampled(rate_of(self.phase), count)
+        kept = np.ones(count, bool) if self.gap is None else ~self.gap.hides(turns(count))
+        after = np.roll(rate, -1)
+        # Where the rate changes its sign, by a cubic through both lines; on an axis the phase is constant.
+        reversals, flat = kept & (rate * after < 0), kept & (np.abs(rate) < _STILL)
+        part = rate[reversals] / (rate[reversals] - after[reversals])
+        rise = step * part * (rate[reversals] * (1 - part) ** 2 - after[reversals] * part * (1 - part))
+        bend = part**2 * (3 - 2 * part) * (np.roll(phase, -1) - phase)[reversals]
+        there = np.concatenate([phase[reversals] + bend + rise, phase[flat]])
+        return np.abs(there - time[:, None]).min(axis=1, initial=math.inf) < _SAME_TIME
+
+    def turned(self, omega: Any) -> Any:
+        """The factor before the integral."""
+        turn = np.exp(-0.25j * math.pi - 0.5j * math.pi * (self.order - 1))
+        return np.sqrt(omega / (2 * math.pi)) * turn * next_order(self.order, omega)
+
+
+def next_order(order: int, omega: Any) -> Any:
+    """The next order of the asymptotics across a ring as a phase: that of a point mass for the primary one, else 1."""
+    return np.exp(1j * _NEXT_PHASE / omega) if order == 1 else 1.0
+
+
+def turns(count: int) -> Float[Array, " lines"]:
+    """Edge phases of equally spaced lines."""
+    return 2 * math.pi * np.arange(count) / count
+
+
+def resampled(values: Float[Array, " lines"], count: int) -> Float[Array, " nodes"]:
+    """A periodic function at more equally spaced places, by its Fourier series."""
+    if count == len(values):
+        return values
+    return np.fft.irfft(np.fft.rfft(values), count) * (count / len(values))
+
+
+def rate_of(values: Array) -> Array:
+    """The derivative of a periodic function of 2 pi, by its Fourier series."""
+    series = np.fft.rfft(values, axis=0)
+    order = np.arange(len(series))
+    order[-1] = 0
+    return np.fft.irfft((1j * order).reshape(-1, *[1] * (values.ndim - 1)) * series, len(values), axis=0)
+
+
+def roughness_of(values: Float[Array, " lines"]) -> float:
+    """The largest of the last quarter of Fourier coefficients, by the largest of all, or by that of a tiny function."""
+    series = np.abs(np.fft.rfft(values))
+    return float(series[-len(series) // 4 :].max() / max(series.max(), _TINY * len(values)))
