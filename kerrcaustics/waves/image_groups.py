@@ -28,6 +28,8 @@ _NOT_ROUND = 0.16
 _BESIDE_FOLD = 1.6
 # Position angles beside images, radians, at which a caustic is that from which they come.
 _BESIDE_IMAGES = 0.3
+# Sizes of a caustic by the distance from it, at most; beyond the inverse of that it is near.
+_MOST_BENT = 0.7
 # Sizes of a caustic beyond which it is small.
 _SMALL = 3.0
 # Errors times the frequency, in parts of the field: of separate images, of a primary ring with its next phase, and of
@@ -163,7 +165,8 @@ class _BesideCurve:
 
     def torn(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
         """The part that is lost where its images belong to two other groups."""
-        return summed_error(self.ring, omega) + summed_error(self.others, omega) + self._beyond_caustic(omega)
+        apart = summed_error(self.ring, omega) * self._bent + summed_error(self.others, omega)
+        return apart + self._beyond_caustic(omega)
 
     def _ways(self, omega: Float[Array, " frequencies"]) -> dict[str, tuple[Array, Array]]:
         """The waves and their errors, by each method that there is."""
@@ -190,7 +193,8 @@ class _BesideCurve:
             )
             ways["ring"] = value * next_order(self.order, omega), error + self._beyond_caustic(omega)
         if len(ring):
-            ways["images"] = ring.field(omega), apart_error(ring, omega) + self._beyond_caustic(omega)
+            error = summed_error(ring, omega) * self._bent + error_of_images(ring, omega)
+            ways["images"] = ring.field(omega), error + self._beyond_caustic(omega)
         if len(ring) > 2:
             for name, way in (("fold", _with_fold), ("cusp", _with_cusp)):
                 value, error, around = way(ring, omega, share)
@@ -200,6 +204,20 @@ class _BesideCurve:
             name: (np.nan_to_num(value) + more, np.nan_to_num(error, nan=math.inf) + unsure)
             for name, (value, error) in ways.items()
         }
+
+    @property
+    def _bent(self) -> float:
+        """By how much the error of two images as a sum is larger than on a ring about an axis.
+
+        With the phase d cos(psi) + c cos(2 psi) / 4 round the ring, c the size of the astroid and d the distance of the
+        star, the next term of stationary phase is at most so much larger.
+        """
+        if self.caustic is None or len(self.ring) != 2:
+            return 1.0
+        middle = self.caustic.direction.mean(axis=0)
+        size = float(lengths(self.caustic.direction - middle).max())
+        part = min(size / max(float(np.linalg.norm(self.star - middle)), size), _MOST_BENT)
+        return (1 + 4 * part) / (1 - part) ** 2
 
     @property
     def _off_axis(self) -> float:
