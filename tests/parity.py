@@ -287,7 +287,7 @@ def function_of(analysis: str) -> Callable[..., Any]:
 
 
 def takes_end(analysis: str) -> bool:
-    """Whether the signature has `end`: that of the function which takes the viewer."""
+    """True if the signature has `end`: that of the function which takes the viewer."""
     return "end" in signature(function_of(OF_RESULTS.get(analysis, analysis))).parameters
 
 

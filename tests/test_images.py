@@ -74,7 +74,7 @@ def chosen_images(camera: kc.Camera, count: int, seed: int, closest: float) -> n
 
 
 def recovered(camera: kc.Camera, sky: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Which chosen directions (n, 3) a search for their stars finds again, which are flagged; magnification (n,)."""
+    """Directions (n, 3) that a search for their stars finds again; those that are flagged; magnification (n,)."""
     sheets = sheets_of(camera, 2)
     beams = trace_beams(sheets.camera, sky, tolerance=1e-12)
     found = search(sheets, beams.direction)

@@ -85,7 +85,7 @@ def test_stage_imports_earlier_stages_only(module):
 
 
 def loaded_by(code: str, packages: set[str]) -> list[str]:
-    """Those of the packages that a program has loaded at its end."""
+    """The packages that a program has loaded at its end."""
     report = f"atexit.register(lambda: print(*sorted({packages!r} & set(sys.modules)), file=sys.stderr))"
     code = f"import atexit, runpy, sys; {report}; {code}"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)

@@ -180,7 +180,7 @@ def test_notch_in_the_flat_edge(velocity, latitude, depth):
 
 @pytest.mark.slow
 def test_a_ray_outside_the_flat_edge_winds_and_leaves():
-    """That of figure 11: 23 turns, 18 of them close to the orbit of constant r; on these it turns back in latitude."""
+    """Figure 11: 23 turns, 18 of them close to the orbit of constant r; on these the ray turns back in latitude."""
     edge = kc.shadow_edge(NEAR, 2000)
     outward = np.cross(edge[21] - edge[19], edge[20])
     ray = kc.ray_paths(NEAR, edge[20] + 1e-4 * outward / np.linalg.norm(outward), n=4000)

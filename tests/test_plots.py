@@ -281,7 +281,7 @@ def test_colours_stand_out_from_their_ground(theme, ground):
 
 
 def test_caustics_on_the_sphere_are_not_torn():
-    """Those behind the hole, at 180 degrees, are whole; one that winds runs over both borders."""
+    """Caustics behind the hole, at 180 degrees, are whole; one that winds runs over both borders."""
     curves = made_set([astroid(1, 0.6, 45), astroid(2, 0.9, 42), replace(astroid(3, 9.0, 41), order=3)])
     ax = curves.plot(new_axes())
     low, high = ax.get_xlim()

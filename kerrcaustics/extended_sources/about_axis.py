@@ -31,7 +31,7 @@ _ARCS, _SHORTEST = 12, 1e-13
 
 
 def symmetric(sheets: Sheets) -> bool:
-    """Whether all caustics are points."""
+    """True if all caustics are points."""
     return all(curve.is_point for curve in sheets.curves)
 
 

@@ -38,7 +38,7 @@ class BoundaryArcs(Rows):
 
 
 def is_lost(doubtful: list[int]) -> bool:
-    """Whether a curve is lost, by the numbers of its arcs in doubt after each halving."""
+    """True if a curve is lost, by the numbers of its arcs in doubt after each halving."""
     return len(doubtful) > _LASTING and bool((np.diff(doubtful[-_LASTING - 1 :]) > 0).all())
 
 

@@ -102,7 +102,7 @@ def _closest_points(caustic: Caustic, centre: Float[Array, " 3"], reach: float) 
 def _pair(
     camera: Camera, centre: Float[Array, " 3"], images: StarImages, order: int, near: Float[Array, " 3"]
 ) -> list[int]:
-    """Which images form the pair next to a fold; none on the dark side of its caustic."""
+    """The pair of images next to a fold; none on the dark side of its caustic."""
     assert camera.velocity is not None
     with float64():
         place = jnp.asarray([camera.spin, camera.radius, camera.inclination])

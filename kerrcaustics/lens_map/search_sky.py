@@ -106,7 +106,7 @@ class CameraSky(SearchSky):
         return doppler(frame, tuple(place.T))[0] / frame.slowness**0.5
 
     def rounding(self, place: Float[Array, "n 3"]) -> Float[Array, " n"] | float:
-        """That of both directions, which may be more where aberration shrinks the error."""
+        """The rounding of both directions, which may be more where aberration shrinks the error."""
         return _ROUNDING * (1 + self.stretch(place)) if self.viewer.frame().speed else 0.0
 
     def circle_radius(self, ring: Float[Array, "n 3"], inside: Float[Array, " 3"]) -> tuple[float, float]:
@@ -125,7 +125,7 @@ class FarCameraSky(CameraSky):
 
     @property
     def time_slope(self) -> float:
-        """That of r + 2 ln r."""
+        """The slope of r + 2 ln r."""
         return 1 + 2 / self.viewer.radius
 
     def still_lengths(self, sky: Float[Array, "n 3"]) -> Float[Array, " n"]:

@@ -331,7 +331,7 @@ def _straight_time(camera: Viewer, vector: Float[Array, " 3"], radius: float) ->
 
 
 def _arrivals(source: Source, emitted: float, max_index: int) -> Float[Array, " images"]:
-    """When the light of all images arrives that leaves at one time."""
+    """Arrival times of all images whose light leaves at one time."""
     images = searched(source, np.array([emitted]), max_index)[0].images
     if not len(images):
         return np.empty(0)

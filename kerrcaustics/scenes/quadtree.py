@@ -58,7 +58,7 @@ class Squares(NamedTuple):
 
     @classmethod
     def over(cls, width: int, height: int, size: int) -> "Squares":
-        """Those that cover a rectangle."""
+        """Squares that cover a rectangle."""
         x, y = np.meshgrid(np.arange(-(-width // size)) * size, np.arange(-(-height // size)) * size)
         return cls(x.ravel(), y.ravel(), size)
 

@@ -85,7 +85,7 @@ class _SearchedImages:
 
     @classmethod
     def of(cls, images: StarImages) -> "_SearchedImages":
-        """Those of a viewer, with its search sky."""
+        """The images of a viewer, with its search sky."""
         searched = search_sky(images.camera)
         sky = searched.searched(images.sky).reshape(-1, 3)
         return cls(images, sky, domain_of(images.surface, searched.search_camera))
@@ -222,7 +222,7 @@ def _roots(
     guess: Float[Array, "before 3"],
     second_arrival: Bool[Array, " before"],
 ) -> list[tuple[int, Array, float]]:
-    """Which guesses lead to an image, its direction, and the error of that, leaf by leaf."""
+    """Guesses that lead to an image, its direction, and the error of that, leaf by leaf."""
     roots: list[tuple[int, Array, float]] = []
     surface = now.images.surface
     for leaf in np.unique(second_arrival).tolist():

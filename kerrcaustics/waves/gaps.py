@@ -39,11 +39,11 @@ class Gap:
         return (edge_phase - self.middle + math.pi) % (2 * math.pi) - math.pi
 
     def hides(self, edge_phase: Float[Array, " lines"]) -> Bool[Array, " lines"]:
-        """Whether lines are left out, at least in part."""
+        """True for lines that are left out, at least in part."""
         return np.abs(self._away(edge_phase)) < self.half + _JOINT + self.fade
 
     def fades(self, edge_phase: Float[Array, " lines"]) -> Bool[Array, " lines"]:
-        """Whether the amplitude on lines is reduced, but not 0."""
+        """True for lines on which the amplitude is reduced, but not 0."""
         return self.hides(edge_phase) & (np.abs(self._away(edge_phase)) > self.half + _JOINT)
 
     def share(self, edge_phase: Float[Array, " lines"], *, short: bool = False) -> Float[Array, " lines"]:

@@ -248,7 +248,7 @@ class _BesideCurve:
     def _beyond_caustic(
         self, omega: Float[Array, " frequencies"], around: Float[Array, " images"] | None = None
     ) -> Float[Array, " frequencies"]:
-        """What a caustic beside the star does where it has no images.
+        """The error by a caustic beside the star, on the side without images.
 
         Waves reach the star from beyond a fold, which fall as the Airy function does; on a fold they grow with the
         sixth root of the frequency. And the image beside a cusp is not alone: its error falls with the phase that it

@@ -86,7 +86,7 @@ class NearestCurve:
         return self.turned(omega) * value * (2 * math.pi)
 
     def holds(self, time: Float[Array, " images"]) -> Bool[Array, " images"]:
-        """Whether images of the ring, by their times, are stationary places of the sum; others lie elsewhere."""
+        """True for images, by their times, that are stationary places of the sum; others of the ring lie elsewhere."""
         count = _FINELY * len(self.phase)
         step, phase, rate = 2 * math.pi / count, resampled(self.phase, count), resampled(rate_of(self.phase), count)
         kept = np.ones(count, bool) if self.gap is None else ~self.gap.hides(turns(count))

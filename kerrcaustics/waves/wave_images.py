@@ -35,7 +35,7 @@ class WaveImages(Rows):
         return np.exp(1j * omega[:, None] * self.time) @ turned
 
     def ring(self, order: int) -> "WaveImages":
-        """Those on both sides of a critical curve, in the order of their position angles."""
+        """Images on both sides of a critical curve, in the order of their position angles."""
         here = self[(self.index == order - 1) | (self.index == order)]
         return here[np.argsort(here.around, kind="stable")]
 

@@ -163,7 +163,7 @@ def _certain(result: kc.Rays, name: str) -> np.ndarray:
 
 
 def _is_finite(result: kc.Rays) -> np.ndarray:
-    """Whether all values are numbers, and no error is NaN; one that is infinite says that nothing is known."""
+    """True if all values are numbers, and no error is NaN; one that is infinite says that nothing is known."""
     values, errors = [result.direction, result.azimuth[:, None]], [result.error]
     if isinstance(result, kc.Beams):
         values, errors = [*values, result.jacobian.reshape(-1, 4)], [*errors, result.jacobian_error]

@@ -80,7 +80,7 @@ def way(place: Place, sky: list) -> Way:
 
 
 def reaches(place: Place, found: Way, end: float) -> bool:
-    """Whether a ray reaches a sphere, infinity included; the start itself is no arrival."""
+    """True if a ray reaches a sphere, infinity included; the start itself is no arrival."""
     if not found.real:
         return False
     here, there = 1 / mpf(place.radius), mpf(0) if math.isinf(end) else 1 / mpf(end)
@@ -329,7 +329,7 @@ def _redshift(place: Place, sky: list) -> mpf:
 
 
 def _arrives_inward(place: Place, found: Way, end: float) -> bool:
-    """Whether a ray that reaches a sphere meets it with falling radius."""
+    """True if a ray that reaches a sphere meets it with falling radius."""
     return end < place.radius or (end == place.radius and found.outward)
 
 

@@ -73,7 +73,7 @@ class Disc:
 
     @property
     def beyond(self) -> bool:
-        """Whether the difference is more than both errors."""
+        """True if the difference is more than both errors."""
         return self.off > self.error + _TWIN_ERRORS * self.twin_error + _TWIN_LEAST * self.twin
 
     @property

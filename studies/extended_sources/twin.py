@@ -146,7 +146,7 @@ def _summed(
         depth = np.concatenate([depth, depth + ~halved * beyond])
         size, beyond = np.tile(size, 2), np.tile(beyond, 2)
     # Each of two halvings is of one side.
-    before = sums[-2] if len(sums) > 1 else math.inf
+    before = sums[-2] if len(sums) > 1 else total
     return total, total + abs(total - before) + lost
 
 

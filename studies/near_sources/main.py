@@ -70,7 +70,7 @@ class Pair:
 
     @property
     def wrong(self) -> bool:
-        """Whether a certified answer is not true."""
+        """True if a certified answer is not true."""
         return self.certified and self.lacking + self.false > 0
 
     @property

@@ -70,7 +70,7 @@ class Field:
 
     @property
     def wrong(self) -> bool:
-        """Whether the difference is more than both errors."""
+        """True if the difference is more than both errors."""
         return self.certified and self.off > self.allowed
 
 

@@ -216,7 +216,7 @@ def differences(old: Answer, new: Answer, passing: Passing) -> tuple[list[str], 
 
 
 def costs(old: dict[str, Any], new: dict[str, Any], passing: Passing) -> tuple[list[str], bool]:
-    """Which requests to the engines, rays and beams are more or fewer, and whether they pass."""
+    """Requests to the engines that are more or fewer, rays and beams, and whether they pass."""
     changed = [name for name in COSTS if new[name] != old[name]]
     dearer = {name for name in changed if new[name] > passing.cost * old[name]}
     lines = [f"{name}: {old[name]} -> {new[name]}{'' if name in dearer else ' (passes)'}" for name in changed]

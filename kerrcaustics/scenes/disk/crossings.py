@@ -248,7 +248,7 @@ def _corners(lattice: Lattice, crossing: int, before: Corners, key: Int[Array, "
 
 
 def _lost(before: Corners, key: Int[Array, " n"]) -> Corners:
-    """Those at some keys whose rays did not cross before."""
+    """Crossings at some keys whose rays did not cross before."""
     number, there = find(before.key, key)
     number = number[there]
     return Corners(*(part[number[before.side[number] != 0]] for part in before))

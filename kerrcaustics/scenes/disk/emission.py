@@ -45,7 +45,7 @@ class ThermalEmission:
         raise NotImplementedError
 
     def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
-        """That of a black body; seen with g and both shifts, that of one of g T."""
+        """The light of a black body; seen with g and both shifts, that of one of g T."""
         temperature = self.temperature(samples.spin, samples.radius)
         return seen_black_body(temperature, samples.redshift, beaming, colour_shift, self.response)
 

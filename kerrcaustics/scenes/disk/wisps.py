@@ -86,7 +86,7 @@ class Wisps(Texture):
         super().__init__(self._opacity * black_body(peak, response=response))
 
     def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
-        """That of a black body, times the opacity; seen with g and both shifts, that of one of g T."""
+        """The light of a black body, times the opacity; seen with g and both shifts, that of one of g T."""
         light = super().light(samples, False, False)
         return light * shifted_light(samples.redshift, beaming, colour_shift, self.peak, self.response)
 
