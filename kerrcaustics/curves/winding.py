@@ -82,7 +82,7 @@ class _Sides(Rows):
 
     def distance(self, star: Float[Array, "*batch sides 3"]) -> Float[Array, "*batch sides"]:
         """Distance of stars from the sides, taken as straight."""
-        return _distance(self.one.direction, self.other.direction, star)
+        return distance_from_sides(self.one.direction, self.other.direction, star)
 
     def azimuths(self) -> tuple[Array, Array, Array]:
         """Western and eastern end in azimuth, and +1 for a side that runs east, -1 west: it covers all but the west."""
@@ -140,7 +140,9 @@ class CausticPolygon:
         else:
             corner = scipy.spatial.cKDTree(corners).query(star)[1]
         before, after = corners[corner - 1], corners[(corner + 1) % len(corners)]
-        return np.minimum(_distance(before, corners[corner], star), _distance(corners[corner], after, star))
+        return np.minimum(
+            distance_from_sides(before, corners[corner], star), distance_from_sides(corners[corner], after, star)
+        )
 
     @cached_property
     def _no_points(self) -> Points:
@@ -199,7 +201,7 @@ class CausticPolygon:
             number = np.repeat(np.arange(len(nearby)), [len(stars) for stars in nearby])
             which = np.concatenate([np.asarray(stars, int) for stars in nearby])
         start, end = self.sides.one.direction, self.sides.other.direction
-        near = _distance(start[number], end[number], star[which]) <= self.margin[number]
+        near = distance_from_sides(start[number], end[number], star[which]) <= self.margin[number]
         return number[near], which[near]
 
     def _crossings(self, star: Float[Array, "stars 3"]) -> Int[Array, " stars"]:
@@ -229,7 +231,7 @@ class CausticPolygon:
         return np.concatenate(sides), np.concatenate(stars)
 
 
-def _distance(
+def distance_from_sides(
     start: Float[Array, "*batch 3"], end: Float[Array, "*batch 3"], star: Float[Array, "*batch 3"]
 ) -> Float[Array, "*batch"]:
     """Distance of stars from sides, taken as straight."""

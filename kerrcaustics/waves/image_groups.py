@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.curves.critical_points import Points
+from kerrcaustics.curves.winding import distance_from_sides
 from kerrcaustics.images.sheets import HIGHEST_INDEX
 from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.waves.nearest_curve import FARTHEST, nearest_curve
@@ -28,7 +29,7 @@ _NOT_ROUND = 0.16
 _BESIDE_FOLD = 1.6
 # Position angles beside images, radians, at which a caustic is that from which they come.
 _BESIDE_IMAGES = 0.3
-# Sizes of a caustic by the distance from it, at most; beyond the inverse of that it is near.
+# The size of a caustic by the distance of the star from its middle, at most, with which the error of two images grows.
 _MOST_BENT = 0.7
 # Sizes of a caustic beyond which it is small.
 _SMALL = 3.0
@@ -178,12 +179,12 @@ class _BesideCurve:
             # What the images would be without their phases, but on a caustic no more than there can be.
             size = np.minimum(np.sqrt(omega) * self.curve.brightest, apart)
             error = share * self.curve.far_off * np.maximum(np.abs(value), size)
-            ways["line"] = value, error
             if self.curve.gap is not None:
                 hidden = ring[~self.curve.holds(ring.time)]
-                error += self.curve.lost_in_gap(omega) + apart_error(hidden, omega)
-                error += beyond_gap(ring, self.curve, self.caustic, self.star, omega)
-                ways["line"] = value + hidden.field(omega), error
+                value = value + hidden.field(omega)
+                error = error + self.curve.lost_in_gap(omega) + apart_error(hidden, omega)
+                error = error + beyond_gap(ring, self.curve, self.caustic, self.star, omega)
+            ways["line"] = value, error
         if len(ring) == 2 and (self.curve is None or self.curve.gap is not None):
             early = np.argsort(ring.time)
             value = ring_pair(omega, int(ring.index.min()), _two(ring.time[early]), _two(ring.amplitude[early]))
@@ -205,6 +206,11 @@ class _BesideCurve:
             for name, (value, error) in ways.items()
         }
 
+    def _size_and_away(self, caustic: Points) -> tuple[float, float]:
+        """The distance of the farthest point of a caustic from its middle, and that of the star."""
+        middle = caustic.direction.mean(axis=0)
+        return float(lengths(caustic.direction - middle).max()), float(np.linalg.norm(self.star - middle))
+
     @property
     def _bent(self) -> float:
         """By how much the error of two images as a sum is larger than on a ring about an axis.
@@ -214,9 +220,8 @@ class _BesideCurve:
         """
         if self.caustic is None or len(self.ring) != 2:
             return 1.0
-        middle = self.caustic.direction.mean(axis=0)
-        size = float(lengths(self.caustic.direction - middle).max())
-        part = min(size / max(float(np.linalg.norm(self.star - middle)), size), _MOST_BENT)
+        size, away = self._size_and_away(self.caustic)
+        part = min(size / max(away, size), _MOST_BENT)
         return (1 + 4 * part) / (1 - part) ** 2
 
     @property
@@ -236,11 +241,10 @@ class _BesideCurve:
         """
         if self.caustic is None:
             return np.zeros(len(omega))
-        middle = self.caustic.direction.mean(axis=0)
+        size, away = self._size_and_away(self.caustic)
         x = omega * float(np.ptp(self.ring.time)) / 2
-        away = float(np.linalg.norm(self.star - middle))
         with np.errstate(divide="ignore", invalid="ignore"):
-            cusps = float(lengths(self.caustic.direction - middle).max()) / away
+            cusps = np.divide(size, away)
             phase = x * cusps / 4
             off = _NOT_ROUND * cusps + phase**2 / 4 + phase * x / (1 + x**2)
             return np.nan_to_num(np.minimum(off, 1.0), nan=1.0)
@@ -257,8 +261,8 @@ class _BesideCurve:
         """
         if self.caustic is None or not len(self.ring):
             return np.zeros(len(omega))
-        away, place = _distances(self.caustic, self.star), self.caustic.direction
-        if away.min() > _SMALL * float(lengths(place - place.mean(axis=0)).max()):
+        away = _distances(self.caustic, self.star)
+        if away.min() > _SMALL * self._size_and_away(self.caustic)[0]:
             return np.zeros(len(omega))
         if around is not None:
             line = self.caustic.line_of_sight
@@ -270,12 +274,9 @@ class _BesideCurve:
 
 
 def _distances(caustic: Points, star: Float[Array, " 3"]) -> Float[Array, " points"]:
-    """Distances of a star from the chords between points of a caustic, each with the next."""
-    here = caustic.direction - star
-    chord = np.roll(here, -1, axis=0) - here
-    with np.errstate(invalid="ignore", divide="ignore"):
-        part = -np.einsum("nx,nx->n", here, chord) / np.einsum("nx,nx->n", chord, chord)
-    return lengths(here + np.clip(np.nan_to_num(part), 0, 1)[:, None] * chord)
+    """Distances of a star from the sides between points of a caustic, each with the next."""
+    place = caustic.direction
+    return distance_from_sides(place, np.roll(place, -1, axis=0), np.broadcast_to(star, place.shape))
 
 
 def _dark_error(ring: WaveImages, nearest: float, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
@@ -297,7 +298,7 @@ def beyond_gap(
     star: Float[Array, " 3"],
     omega: Float[Array, " frequencies"],
 ) -> Float[Array, " frequencies"]:
-    """The same of the part of a caustic that the gap of a nearest curve hides."""
+    """The error by the part of a caustic that the gap of a nearest curve hides."""
     if caustic is None or curve.gap is None:
         return np.zeros(len(omega))
     away = _distances(caustic, star)[curve.gap.hides(caustic.edge_phase)]
