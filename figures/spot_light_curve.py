@@ -3,7 +3,7 @@ The light of a hot spot
 =======================
 
 A spot on a circular orbit at r = 6 round a hole of spin 0.998, seen from r = 50, inclination 75 degrees: its light
-over an orbit, and what each crossing of the plane adds to it. Triangles tell when two images of the spot are
+over an orbit, and what each crossing of the plane adds to it. Triangles mark when two images of the spot are
 created (up) and when two are annihilated (down). Below: where its orbit is seen, crossing by crossing, where that
 happens, and, dashed in grey, the way of the centroid of all light.
 """

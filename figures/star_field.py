@@ -8,7 +8,7 @@ and with them; degrees count from the middle of the shadow in all three. Stars n
 as small as anywhere. Remakes JTFT figure 8.
 
 The paper's: hole, camera, the critical curves, the blown-up edge, galactic plane. Ours: 37 622 stars of Hipparcos in
-place of the 2.5 million brightest of Tycho-2, which are not ours to ship (docs/scenes.md tells how to add some), and
+place of the 2.5 million brightest of Tycho-2, which are not ours to ship (docs/scenes.md says how to add some), and
 a smooth model of the galactic band.
 """
 

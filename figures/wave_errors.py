@@ -3,7 +3,7 @@ Where waves of rays are valid
 =============================
 
 The reported error of `kc.amplification` (lines) and the true one (dots), in parts of the field or of 1 where that is
-less, for a hole without spin: partial waves, which share nothing with rays, tell the truth. (a) A source at 1.8 rad
+less, for a hole without spin: partial waves, which share nothing with rays, give the truth. (a) A source at 1.8 rad
 from the direction opposite to the viewer, where its images are far apart; (b) one beside the axis, at 0.05 rad, where
 they are a ring. The viewers are 3 M (next to the photon orbits), 10 M and 20 M from the hole. Below the dashed
 frequency waves are longer than the hole, and errors pass tens of percent; below 0.05 they are refused.

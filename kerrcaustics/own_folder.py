@@ -130,8 +130,8 @@ def _check(handle: int, shown: Path, sticky: bool = False) -> None:
     if status.st_uid not in (os.geteuid(), 0):
         raise NotOwnError(f"{shown} belongs to another user")
     mode = status.st_mode
-    others = mode & stat.S_IWOTH or (mode & stat.S_IWGRP and not _is_private(status.st_gid))
-    if others and not (sticky and mode & stat.S_ISVTX):
+    writable_by_others = mode & stat.S_IWOTH or (mode & stat.S_IWGRP and not _is_private(status.st_gid))
+    if writable_by_others and not (sticky and mode & stat.S_ISVTX):
         raise NotOwnError(f"others can write to {shown}")
 
 

@@ -53,7 +53,7 @@ def slowly_made_up(scene, spin, radius, inclination):
 
 
 def sweep_in_step(scene, folder, count, gate, answers):
-    """Begin a store after the other at the same moments as other processes, and tell how each ends."""
+    """Begin a store after the other at the same moments as other processes, and return how each ends."""
     engine.computed = made_up
     for i in range(count):
         gate.wait()

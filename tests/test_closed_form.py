@@ -205,7 +205,7 @@ def test_rays_on_the_border_of_small_k_agree():
 
 
 def test_short_way_next_to_the_horizon_against_long_arithmetic():
-    """Closer than the integrator can tell: Mino time and psi by quadrature of the height, as exp(s)."""
+    """Closer than the integrator can resolve: Mino time and psi by quadrature of the height, as exp(s)."""
     camera = Camera(0.999, kerr.horizon(0.999) * (1 + 1e-6), 1.0, "fiducial")
     sky = directions_of_small_k(camera, 4, np.random.default_rng(5))
     light = photon_of(camera.frame(), tuple(sky.T))

@@ -241,7 +241,7 @@ def test_a_draft_has_few_beams_and_nearly_the_light_of_a_picture():
     assert sum(draft.crossings) < sum(normal.crossings) / 3 and len(draft.crossings) < len(normal.crossings)
     assert len(draft.crossings) >= 3
     off = np.abs(draft.light - normal.light).max(axis=-1) / normal.light.max()
-    # Sixteen rays in a pixel tell the third image; the fourth is left out.
+    # Sixteen rays in a pixel resolve the third image; the fourth is left out.
     assert np.median(off) < 1e-6 and np.quantile(off, 0.99) < 0.01 and off.max() < 0.2
     assert draft.light.sum() == pytest.approx(normal.light.sum(), rel=2e-3)
 

@@ -149,7 +149,7 @@ def test_profiles_of_laws_and_bins():
 
 @pytest.mark.slow
 def test_a_profile_that_cannot_be_told_is_unknown():
-    # The ninth image lies closer to the shadow edge than directions can tell from as far.
+    # The ninth image lies closer to the shadow edge than directions can resolve from as far.
     unknown = kc.line_profile(kc.Camera(0.3, 1e8, 1.0, "static"), 6.0, 7.0, crossing=9, bins=5, radii=4, turns=4)
     assert np.isnan(unknown.flux).all() and np.isinf(unknown.error).all()
 

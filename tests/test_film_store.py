@@ -72,7 +72,7 @@ def test_a_film_goes_on_and_ends_up_the_same(path, whole):
     result, drawn = gone_on(path, progress=lambda *what: reported.append(what))
     assert drawn == list(range(7, 12)) and path.read_bytes() == whole
     assert (result.frames, result.reused, result.drawn, result.failed, result.output) == (12, 7, 5, 0, path)
-    # What was there before comes first, in one step: else nobody can tell the time left.
+    # What was there before comes first, in one step: else nobody can estimate the time left.
     assert reported[0] == ("7 of 12 frames", 7 / 12) and reported[-1] == ("done", 1.0)
     assert list(path.parent.iterdir()) == [path]
 
@@ -348,7 +348,7 @@ def test_lines_now_and_then_where_there_is_no_terminal(path, scenes, capsys, mon
     monkeypatch.setattr(terminal, "FIRST_LINE", 1e6)
     status, _, err = run(capsys, "film", scenes(), "--output", path)
     assert status == 0
-    # A report each 9 s, of which three are told before the first frame is drawn; the first line is due after 20 s.
+    # A report each 9 s, of which three are printed before the first frame is drawn; the first line is due after 20 s.
     lines = err.splitlines()
     assert lines[:3] == ["0 of 12 frames", "3 of 12 frames, 0:01:21 left", "6 of 12 frames, 0:00:54 left"]
     assert lines[3:] == ["9 of 12 frames, 0:00:27 left", "12 of 12 frames", "done"]

@@ -123,7 +123,7 @@ def test_errors_of_every_analysis_are_those_of_the_moving_sky(speed):
         # Points that are sought on either sky do not miss their goal by the same.
         least = 0.5 if "track" in name or name == "isoradials" else 0.99
         assert (found[same] >= least * true).all(), name
-        # At events beams on the moving sky are told less well where that is shrunk.
+        # At events beams on the moving sky are less certain where that is shrunk.
         assert (found[same] <= 20 * true + 14 * ROUNDING).all(), name
 
 

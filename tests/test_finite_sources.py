@@ -287,7 +287,7 @@ def test_sheets_know_their_sphere():
 
 @pytest.mark.parametrize("radius", [1.5, 6.0])
 def test_lines_are_followed_as_far_down_as_doubles_reach(radius, recwarn):
-    """Far below all depths that a direction can tell, where a search may look, they end on the shadow edge."""
+    """Far below all depths that a direction can resolve, where a search may look, they end on the shadow edge."""
     camera = CAMERA.at_rest()
     depth = np.array([1.0, 30.0, 700.0, 1500.0])
     line_of_sight = domain_of(Sphere(radius), camera).line_of_sight(np.full(4, 0.7), depth)[0]

@@ -99,7 +99,7 @@ def test_ten_thousand_chosen_images_are_found_again():
     again, flagged, magnification = recovered(NEAR, chosen_images(NEAR, 10_000, 1, 5e-8))
     assert magnification.max() > 1e6
     assert again.all()
-    # Those that cannot be told from a caustic.
+    # Those that cannot be distinguished from a caustic.
     assert flagged.mean() < 0.05
 
 
@@ -254,7 +254,7 @@ def test_a_grid_keeps_to_its_most_nodes_and_says_so(monkeypatch):
     wide = kc.image_counts(camera, stars, 2)
     sheet = sheets_of(camera, 2).sheets[2]
     assert sheet.is_coarse and sheet.direction.size // 3 < nodes
-    # The caustics tell the same, and what is certified is right.
+    # The caustics say the same, and what is certified is right.
     assert np.array_equal(wide.expected, fine.expected)
     assert np.array_equal(wide.certified, (wide.counts == fine.counts).all(axis=1))
     monkeypatch.setattr("kerrcaustics.images.sheets.MOST_NODES", 10)

@@ -1,4 +1,4 @@
-"""Names that are close to one that exists, and angles that were given in the wrong unit, are told."""
+"""Names that are close to one that exists, and angles that were given in the wrong unit, are reported."""
 
 import copy
 import pickle

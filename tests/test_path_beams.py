@@ -104,7 +104,7 @@ def across(camera: kc.Camera, place: tuple[float, float], beam: Beams, heading: 
 
 @pytest.mark.slow
 def test_along_rays_they_are_traced_beams_to_spheres(paths):
-    """The closed form to a radius tells the displacement on a sphere, which is seen across the ray."""
+    """The closed form to a radius gives the displacement on a sphere, which is seen across the ray."""
     ratios, ours = [], []
     for ray in np.flatnonzero(paths.status == kc.Status.ESCAPED)[:12]:
         lowest = paths.mino_time[ray, np.argmin(paths.radius[ray])]

@@ -309,7 +309,7 @@ def test_open_caustics_in_the_plane_are_whole():
 
 @pytest.mark.slow
 def test_pairs_next_to_the_extreme_of_a_caustic():
-    """A circle that just reaches it meets it twice: both events, or a remark that they cannot be told from none."""
+    """A circle that just reaches it meets it twice: both events, or a remark that they may be none."""
     camera, end = kc.Camera(0.99, 4.0, 1.45, "fiducial"), kc.EquatorialPlane(1)
     (curve,) = kc.caustics(camera, 1, end=end)
     for below in (1e-7, 1e-8, 1e-10, 0.0):

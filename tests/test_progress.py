@@ -1,4 +1,4 @@
-"""Progress of calls: what a listener is told, when a bar is shown, and that nothing is told twice."""
+"""Progress of calls: what a listener hears, when a bar is shown, and that nothing is reported twice."""
 
 import re
 import time

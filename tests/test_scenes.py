@@ -251,7 +251,7 @@ def test_film_has_a_white_and_sees_the_hotter_bluer():
         expected = of_film(temperature) / of_film(6504.0)
         # The sum's edges, and the table of temperatures: 2.3e-4 measured.
         assert kc.pictures.black_body(temperature, response="film") == pytest.approx(expected, rel=4e-4)
-    # Blue is what the eye's functions and the film's tell apart.
+    # Blue is what the eye's functions and the film's distinguish.
     assert kc.pictures.black_body(3000.0, response="film")[2] > 1.15 * kc.pictures.black_body(3000.0)[2]
 
 

@@ -18,7 +18,7 @@ SIDEWAYS = kc.pictures.View(32, 18, 1.0, forward=(0.3, 0.9, 0.2))
 
 
 class Marks:
-    """A sky whose light tells n'_x, n'_y and the frequency ratio."""
+    """A sky whose light encodes n'_x, n'_y and the frequency ratio."""
 
     def light(self, footprint, beaming, colour_shift):
         return np.column_stack([footprint.direction[:, :2], footprint.redshift])

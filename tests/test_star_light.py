@@ -73,7 +73,7 @@ def test_light_goes_on_across_the_seam_and_the_poles(place):
 
 @pytest.mark.parametrize("place", [(-1.2, 10.0), (-0.6, -0.8), (11.0, -1.3), (24.2, 10.0), (10.0, 23.8), (-0.9, 23.6)])
 def test_stars_beside_the_border_shine_into_the_picture(place):
-    """As much as the filter of a pixel tells: each of its parts is that of a quadratic B-spline."""
+    """As much as the filter of a pixel says: each of its parts is that of a quadratic B-spline."""
     camera = kc.Camera(0.0, 1e7, velocity="fiducial")
     view = kc.pictures.View(24, 24, 0.004, forward=(0.9, -0.3, 0.3))
     n = kc.trace_beams(camera, view.directions(*place)[0]).direction
@@ -85,7 +85,7 @@ def test_stars_beside_the_border_shine_into_the_picture(place):
 
 @pytest.mark.slow
 def test_many_stars_bring_as_much_light_as_in_parts():
-    """Of many, those that pixels beside the shadow edge see are not told apart."""
+    """Of many, those that pixels beside the shadow edge see are not distinguished."""
     rng = np.random.default_rng(4)
     direction = rng.normal(size=(4000, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)

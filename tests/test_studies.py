@@ -192,7 +192,7 @@ def test_study_writes_its_files(name, tmp_path, capsys):
     assert record.findings and all(text.endswith(".") and "nan" not in text for text in record.findings)
     assert record.settings and record.seconds > 0
     assert (tmp_path / f"{name}.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
-    # What the tables tell is printed, too.
+    # What the tables say is printed, too.
     lines = [row[0] for table in record.tables if isinstance(table, Table) for row in table.rows]
     printed = capsys.readouterr().out
     assert lines and all(line in printed for line in lines)

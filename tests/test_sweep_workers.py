@@ -45,7 +45,7 @@ def test_a_block_is_given_up_when_twelve_workers_died_with_it():
         held.computed()
     assert held.died(SECOND) and held.died(None)
     assert not held.died(FIRST)
-    # Of a cluster, where some die before it is told.
+    # Of a cluster, where some die before it is reported.
     assert held.died(THIRD, 4) and held.died(THIRD, 4) and not held.died(THIRD, 4)
 
 

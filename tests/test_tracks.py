@@ -270,7 +270,7 @@ def test_bad_moments_and_lists_are_named():
 
 @pytest.mark.slow
 def test_counts_along_tracks_are_the_winding_of_the_caustics():
-    """Between events, at many azimuths, the tracks hold as many images of each index as the caustics tell."""
+    """Between events, at many azimuths, the tracks hold as many images of each index as the caustics say."""
     for name, theta in (*FAST, *SLOW):
         tracks = tracked(name, theta)
         azimuth = np.random.default_rng(2).uniform(0, 2 * math.pi, 300)

@@ -139,7 +139,7 @@ def test_captured_rays_are_black_only_behind_the_volume():
 
 @pytest.mark.parametrize("camera", [CAMERA, kc.Camera(0.95, 6.0, 1.0, "fiducial")], ids=["far", "near"])
 def test_paths_are_those_of_trace_beams(camera):
-    """Rays marched to an opaque shell nearly at infinity, whose temperature tells the place, end where beams do."""
+    """Rays marched to an opaque shell nearly at infinity, whose temperature encodes the place, end where beams do."""
     view = kc.pictures.View.toward_hole(camera, 12, 9, 0.3 if camera is CAMERA else 2.0)
     y, x = (place.ravel() for place in np.mgrid[:9, :12])
     sky, steps = view.directions(x, y)

@@ -295,7 +295,7 @@ def test_tables_hold_the_field_and_the_images(capsys, tmp_path):
         assert [unit.name for unit in units[1:]] == ["WAVES", "IMAGES"] and units["WAVES"].header["CERTIF"]
         assert units["WAVES"].data["method"].tolist() == seen.method.tolist()
         np.testing.assert_array_equal(units["IMAGES"].data["image_amplitude"], seen.image_amplitude)
-    file = tmp_path / "told.csv"
+    file = tmp_path / "table.csv"
     options = ["--spin", 0, "--radius", 10, "--velocity", "fiducial", "--star", 80, 166]
     status, out, _ = run(capsys, "amplification", *options, "--frequency", "1:10:3", "--max-index", 1, "--table", file)
     assert status == 0 and str(file) in out and len(file.read_text().splitlines()) == 4

@@ -121,7 +121,7 @@ plt.show()
 # -----------------
 #
 # Take a small grid of directions across the secondary critical curve, long in the direction in which the beam is
-# squeezed, short in the other one. (``jacobian`` is the matrix that tells where a small step on the camera's sky
+# squeezed, short in the other one. (``jacobian`` is the matrix that says where a small step on the camera's sky
 # lands; its singular vectors are the two directions.) Where does the grid land on the celestial sphere? We measure
 # there from one point of the caustic: along it, and across it.
 
@@ -168,7 +168,7 @@ plt.show()
 # camera's sky.
 
 # %%
-# All that a beam tells
+# All that a beam says
 # ---------------------
 #
 # Most of the numbers of a beam have been met by now. A result that stands alone in the last line of a cell shows all

@@ -106,6 +106,6 @@ plt.show()
 # Where to go on
 # --------------
 #
-# `How do I ...? <../howto.html>`_ answers short questions; `Scene files <../scene_files.html>`_ tells all that a scene
+# `How do I ...? <../howto.html>`_ answers short questions; `Scene files <../scene_files.html>`_ lists all that a scene
 # may say; `Films <../films.html>`_ has ready ones to make. Every word that was new here stands in the `glossary
 # <../glossary.html>`_.

@@ -48,7 +48,7 @@ plt.show()
 # A number of your own
 # --------------------
 #
-# ``auto_exposure`` tells the number, and ``clipped_fraction`` which part of the pixels is then cut at white; more
+# ``auto_exposure`` returns the number, and ``clipped_fraction`` which part of the pixels is then cut at white; more
 # than a few per cent is too much. ``tone_mapped`` makes the bytes of a file.
 
 exposure = kc.pictures.auto_exposure(stars.light, curve="asinh")

@@ -130,7 +130,7 @@ for number, name in enumerate(NAMES):
     print(f"{name}: {samples[:, number].mean():.4f} +- {samples[:, number].std():.4f}")
 
 # %%
-# A forecast: what would a caustic tell?
+# A forecast: what would a caustic add?
 # --------------------------------------
 #
 # A forecast needs no data: the derivatives at the assumed parameters say how well they could be known (Fisher). Later

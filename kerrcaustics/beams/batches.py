@@ -30,7 +30,7 @@ _LANES = (2048, 512)
 # numbers of rays: the fewest, the fewest of a job that traces repeatedly, the most of the integrator, the most.
 _FEWEST, _FEWEST_OF_JOB, _MOST_INTEGRATED, _MOST = 1 << 10, 1 << 14, 1 << 16, 1 << 20
 # Memory (bytes) that a beam may take there, where the program of the closed form needs 2,600 without fused loops; and
-# what a device has that does not tell.
+# what is assumed of a device that does not report its memory.
 _BYTES_PER_RAY, _MEMORY = 1 << 12, 1 << 31
 
 
@@ -181,14 +181,14 @@ def _batched(function: Any, arrays: list[np.ndarray], end: End, size: int) -> An
         columns = [np.ones(1, c.dtype) for c in columns]
     results = []
     for start in range(0, max(count, 1), size):
-        sky, *others = (a[start : start + size] for a in arrays)
+        sky, *extra_arrays = (a[start : start + size] for a in arrays)
         own = [c[start : start + size] for c in columns]
         missing = size - len(sky)
         if missing:
             # Rays with no refinement take one step: filling up costs next to nothing.
             sky, *own = (np.concatenate([a, np.repeat(a[:1], missing, axis=0)]) for a in (sky, *own))
-            others = [np.concatenate([o, np.zeros(missing)]) for o in others]
-        results.append(function(tuple(sky.T), with_columns(own), *others))
+            extra_arrays = [np.concatenate([o, np.zeros(missing)]) for o in extra_arrays]
+        results.append(function(tuple(sky.T), with_columns(own), *extra_arrays))
     if on_accelerator():
         # One wait for all arrays, in place of one for each.
         results = jax.device_get(results)

@@ -117,8 +117,8 @@ class Rays(Shown):
     def engines(self) -> tuple[Engine, ...]:
         """The engines that traced the rays that reach their ends."""
         formula = self.closed_form
-        other = np.isfinite(self.error) & ~formula
-        flags = ((Engine.CLOSED_FORM, formula), (Engine.INTEGRATED, other))
+        rest_of_rays = np.isfinite(self.error) & ~formula
+        flags = ((Engine.CLOSED_FORM, formula), (Engine.INTEGRATED, rest_of_rays))
         return tuple(engine for engine, used in flags if used.any())
 
     @property

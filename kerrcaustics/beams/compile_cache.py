@@ -135,9 +135,9 @@ def apart(function: Function, *static: str) -> Function:
     def called(*arguments: Any, **options: Any) -> Any:
         if jax.default_backend() != "cpu":
             return function(*arguments, **options)
-        (first, *others), tree = jax.tree.flatten(part(*arguments, **options))
+        (first, *rest), tree = jax.tree.flatten(part(*arguments, **options))
         # That is kept with the call, whichever of its values is named.
-        return jax.tree.unflatten(tree, [set_xla_metadata(first, inlineable="false"), *others])
+        return jax.tree.unflatten(tree, [set_xla_metadata(first, inlineable="false"), *rest])
 
     return called  # pyright: ignore[reportReturnType]
 

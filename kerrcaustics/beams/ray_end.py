@@ -79,12 +79,12 @@ class RayEnd(Generic[A]):
         """The chosen rays."""
         return jax.tree.map(lambda values: values[chosen], self)
 
-    def put(self, chosen: np.ndarray | slice, others: "RayEnd[np.ndarray]") -> None:
+    def put(self, chosen: np.ndarray | slice, replacement: "RayEnd[np.ndarray]") -> None:
         """Write other rays in the place of the chosen ones, for all quantities that both hold."""
-        theirs = vars(others)
+        new_values = vars(replacement)
         for name, mine in vars(self).items():
-            if mine is not None and theirs[name] is not None:
-                mine[chosen] = theirs[name]
+            if mine is not None and new_values[name] is not None:
+                mine[chosen] = new_values[name]
 
     def room(self, count: int) -> "RayEnd[A]":
         """Empty arrays for `count` rays with the quantities of these."""

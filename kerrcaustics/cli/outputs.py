@@ -27,7 +27,7 @@ def check_outputs(paths: dict[str, Path | None]) -> None:
     """Refuse output files that cannot be written, before any work is done."""
     named = {argument: path for argument, path in paths.items() if path is not None}
     for argument, path in named.items():
-        twin = next(other for other in named if named[other].absolute() == path.absolute())
+        twin = next(name for name in named if named[name].absolute() == path.absolute())
         if twin != argument:
             raise BadInput(f"Argument {argument} must name another file than {twin}, but both are {path}.")
         if os.path.isdir(path):

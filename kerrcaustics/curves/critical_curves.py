@@ -336,5 +336,5 @@ def with_ring_at_infinity(curves: CriticalCurves) -> CriticalCurves:
         ratio=0 * ones,
         error=_UNKNOWN * ones,
     )
-    others = tuple(curve for curve in curves if curve.order > 1)
-    return replace(curves, curves=(CriticalCurve(1, ring.frozen(), closed=True, remarks=()), *others))
+    later_curves = tuple(curve for curve in curves if curve.order > 1)
+    return replace(curves, curves=(CriticalCurve(1, ring.frozen(), closed=True, remarks=()), *later_curves))

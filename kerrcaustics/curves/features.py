@@ -58,7 +58,7 @@ def find_features(search: Search, curves: Iterable[CriticalCurve]) -> dict[int, 
         if points is None:
             features[order].lost_cusps += what == "cusps"
         elif what == "cusps":
-            roots += [r for r in _cusp(piece, points) if not any(_same_root(r, other, half) for other in roots)]
+            roots += [r for r in _cusp(piece, points) if not any(_same_root(r, known, half) for known in roots)]
         else:
             features[order].extremes[what] = _extreme(points, *_EXTREMES[what])
     if roots:

@@ -89,9 +89,9 @@ class _Sides(Rows):
         (x, y, _), (x_end, y_end, _) = self.one.direction.T, self.other.direction.T
         azimuth, change = np.arctan2(y, x), np.arctan2(x * y_end - y * x_end, x * x_end + y * y_end)
         # The azimuth of the end itself, not a sum, so that neighbouring sides leave no gap.
-        other = np.arctan2(y_end, x_end)
-        other = other + _TURN * np.round((azimuth + change - other) / _TURN)
-        return np.minimum(azimuth, other), np.maximum(azimuth, other), np.sign(change).astype(int)
+        azimuth_end = np.arctan2(y_end, x_end)
+        azimuth_end = azimuth_end + _TURN * np.round((azimuth + change - azimuth_end) / _TURN)
+        return np.minimum(azimuth, azimuth_end), np.maximum(azimuth, azimuth_end), np.sign(change).astype(int)
 
     def crossings(self, star: Float[Array, "sides 3"]) -> Int[Array, " sides"]:
         """Signed crossings of the meridian from a star to the north pole, one star for each side."""

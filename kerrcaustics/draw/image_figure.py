@@ -61,8 +61,8 @@ def sky_and_source(
         right.set_title("source and caustics")
         own: Any = left.get_legend()
         own.remove()
-        (handles, labels), (others, names) = (ax.get_legend_handles_labels() for ax in (left, right))
-        once = dict(zip([*labels, names[-1]], [*handles, others[-1]], strict=True))
+        (handles, labels), (right_handles, names) = (ax.get_legend_handles_labels() for ax in (left, right))
+        once = dict(zip([*labels, names[-1]], [*handles, right_handles[-1]], strict=True))
         figure.legend(once.values(), once.keys(), loc="outside lower center", ncols=4)
         place = f"{place_in_words(caustics.surface, star)}, on {caustics.surface.in_words()}"
         figure.suptitle(f"source at {place}{brightness}\n{headline(caustics)}")

@@ -140,7 +140,7 @@ TERMS = {
     "track": "The way of an image over the camera sky while the camera goes round.",
     "velocity": "Of a camera: circular, on a free circular orbit on the equator; fiducial, at rest as far as the "
     "spinning space lets it; static, at rest against the stars.",
-    "winding": "How often a caustic runs round a star. It tells how many images the star has, without looking for any.",
+    "winding": "How often a caustic runs round a star. It gives the number of a star's images without a search.",
 }
 """Words with a meaning of their own, as the glossary has them."""
 

@@ -1,7 +1,7 @@
 """The limb of a disc where all caustics are points: without spin, or from a place on the spin axis.
 
 There the sky is symmetric about the direction to the hole, and space about the line through hole and viewer: one line
-of rays across the sky tells where every point is seen. So the limb is known however close it comes to a caustic.
+of rays across the sky shows where every point is seen. So the limb is known however close it comes to a caustic.
 """
 
 import math

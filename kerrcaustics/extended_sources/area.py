@@ -241,9 +241,9 @@ class _Bound:
             return self._origin + part * away
         far = lengths(away) ** 2 / 2
         near = part * part * far
-        sine, other = (np.sqrt(np.maximum(x * (2 - x), 0)) for x in (near, far))
+        sine, far_sine = (np.sqrt(np.maximum(x * (2 - x), 0)) for x in (near, far))
         across = away + far[..., None] * self._origin
-        return self._origin * (1 - near)[..., None] + across * (sine / np.where(other == 0, 1, other))[..., None]
+        return self._origin * (1 - near)[..., None] + across * (sine / np.where(far_sine == 0, 1, far_sine))[..., None]
 
     def _swept(self) -> Float[Array, "arcs nodes"]:
         """Areas swept by the way from the origin along arcs, shared out among the nodes and both ends.

@@ -12,8 +12,8 @@ from kerrcaustics.spacetime.sphere import lengths
 
 Array = np.ndarray
 
-# Steps of the secant method; its first one, the longest way, and the shortest one that tells a slope, in lengths of the
-# chord. A place is on a curve within so many errors, and off it beyond so many and so far.
+# Steps of the secant method; its first one, the longest way, and the shortest one that measures a slope, in lengths of
+# the chord. A place is on a curve within so many errors, and off it beyond so many and so far.
 _MOST_STEPS, _FIRST, _FARTHEST, _SHORTEST = 15, 1e-3, 1.0, 1e-7
 _ERRORS, _MOST_ERRORS, _SMALL = 3.0, 10.0, 1e-9
 # Ways along a line between which the curve is looked for where the secant method fails: how many, as far as so many

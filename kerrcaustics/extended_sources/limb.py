@@ -112,9 +112,9 @@ class Limb:
         """
         arcs, doubtful = self._arcs(guessed, first, wanted)
         if doubtful:
-            others, fewer = replace(self, evenly=True)._arcs(guessed, first, wanted)
+            even_arcs, fewer = replace(self, evenly=True)._arcs(guessed, first, wanted)
             if fewer < doubtful:
-                return others, fewer
+                return even_arcs, fewer
         return arcs, doubtful
 
     def _arcs(self, guessed: GuessedArcs, first: int, wanted: float) -> tuple[BoundaryArcs, int]:

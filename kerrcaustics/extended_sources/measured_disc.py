@@ -134,5 +134,5 @@ def outline_of(disc: MeasuredDisc, bound: Boundary) -> tuple[Float[Array, "point
         # Arcs of the last critical curve have its order, which is one more than the highest index.
         index.append(np.full(len(points), min(disc.arcs.index[bound.arcs[arc]], len(disc.shares) - 1)))
         node = right[arc] if forward else left[arc]
-        arc = next((other for other in at[node] if other in unused), -1)
+        arc = next((candidate for candidate in at[node] if candidate in unused), -1)
     return np.concatenate(sky), np.concatenate(index)

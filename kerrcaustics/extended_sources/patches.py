@@ -43,7 +43,7 @@ _LINES, _MOST_ROUNDS, _BENT = 256, 10, 0.02
 # the horizon, as between the lines that are looked at circles are known less well than that; the nearer ones at least
 # a part of the way from the horizon.
 _AROUND, _LEAST_AROUND, _FROM_HORIZON = 1.25, 0.02, 0.5
-# Steps that tell the sense of a chart; edge phases, and a part of its height, at which it is looked at.
+# Steps that show the sense of a chart; edge phases, and a part of its height, at which it is looked at.
 _STEP, _SENSES, _INSIDE = 1e-4, np.array([0.3, 1.7, 3.1, 4.4, 5.9]), 0.3
 
 

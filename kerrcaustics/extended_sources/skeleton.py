@@ -46,18 +46,18 @@ def _guess(chart: Chart, kinds: Int[Array, " arcs"], cubics: Cubics) -> Float[Ar
 
 
 def of_small_images(
-    sheets: Sheets, circle: Circle, others: Float[Array, "places 3"]
+    sheets: Sheets, circle: Circle, extra_places: Float[Array, "places 3"]
 ) -> tuple[GuessedArcs | None, ImageSearch]:
     """Guesses for a disc that no caustic reaches, and the search for its images after those of other places.
 
     No guesses where the images are not certain.
     """
     longitude = 2 * math.pi * np.arange(_POINTS) / _POINTS
-    searched = search(sheets, np.concatenate([others, circle.place(longitude)]))
-    images = searched.images[searched.images.star >= len(others)]
-    images = replace(images, star=images.star - len(others))
-    counts = searched.counts[len(others) :]
-    if not searched.certified[len(others) :].all() or (counts != counts[0]).any():
+    searched = search(sheets, np.concatenate([extra_places, circle.place(longitude)]))
+    images = searched.images[searched.images.star >= len(extra_places)]
+    images = replace(images, star=images.star - len(extra_places))
+    counts = searched.counts[len(extra_places) :]
+    if not searched.certified[len(extra_places) :].all() or (counts != counts[0]).any():
         return None, searched
     beams = trace_beams(
         sheets.camera, images.sky, "auto", TOLERANCE, end=sheets.surface, crossings=False, redshift=False

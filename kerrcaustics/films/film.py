@@ -81,8 +81,8 @@ class FilmResult(Shown):
     @property
     def complaint(self) -> str:
         """A line with the frames that failed, and how to resume."""
-        others = [failure.split(":")[0] for failure in self.failures[1:]]
-        more = f" So did {', '.join(others[:_MOST_NAMED])}{', ...' if others[_MOST_NAMED:] else ''}." if others else ""
+        names = [failure.split(":")[0] for failure in self.failures[1:]]
+        more = f" So did {', '.join(names[:_MOST_NAMED])}{', ...' if names[_MOST_NAMED:] else ''}." if names else ""
         rest = f"The other {self.drawn + self.reused} are kept in {self.folder}; start again to go on."
         return f"{self.failed} of {self.frames} frames failed: {self.failures[0]}.{more} {rest}"
 
@@ -123,8 +123,8 @@ def make_film(
     """Draw the frames that are not there yet, and write the film where all could be drawn.
 
     Frames are drawn in an order that soon has some from everywhere in the film, so that the time of those that are
-    done tells that of the others. An interrupted film resumes when it is started again; it ends up the same to the
-    byte, whichever processes draw its frames. Errors of the disk end it, and leave the frames that are there.
+    done is an estimate of that of the others. An interrupted film resumes when it is started again; it ends up the same
+    to the byte, whichever processes draw its frames. Errors of the disk end it, and leave the frames that are there.
 
     Parameters
     ----------

@@ -197,7 +197,7 @@ def draw_frame(folder: str, mark: str, draw: Draw, number: int) -> None:
         # One frame never costs the others.
         store.fail(number, f"{type(error).__name__}: {' '.join(str(error).split())}")
         return
-    # The first one loads and compiles, too, and does not tell what others take.
+    # The first one loads and compiles, too, and is no guide to what others take.
     seconds = clock() - began if mark in _WARM else None
     _WARM.add(mark)
     store.write(number, picture, seconds)
@@ -253,8 +253,8 @@ def _check_ours(folder: Path) -> None:
 def _check_same(store: FrameStore, record: dict[str, Any], frames: list[int]) -> None:
     """Raise ValueError for frames of another film, by the folder's record and by each frame."""
     try:
-        other = json.loads(content(store.folder / _RECORD) or b"")
-        reason = _differences(dict(_leaves(record)), dict(_leaves(other)))
+        kept_record = json.loads(content(store.folder / _RECORD) or b"")
+        reason = _differences(dict(_leaves(record)), dict(_leaves(kept_record)))
     except (ValueError, RecursionError):
         reason = f"its {_RECORD} cannot be read"
     if reason and not any(map(store.has, frames)):

@@ -45,7 +45,7 @@ _FEWER, _AGREES = (20, 5), 1e-4
 # Of the caustic within the disc.
 _LINE = 9
 # A patch is wider than its images by this factor; the largest that is left of its polynomials. An image of a disc may
-# be longer than the slopes at its centre tell, by the third factor; beyond the fourth a patch tells of no place.
+# be longer than the slopes at its centre imply, by the third factor; beyond the fourth a patch says nothing of a place.
 _MARGIN, _RESOLVED, _LONGER, _WITHIN = 1.3, 1e-7, 10, 1.02
 
 _LINE_AT = chebyshev.chebpts1(_LINE)
@@ -120,7 +120,7 @@ def magnification(
     Next to regular folds 1e-12 or so, relative, and derivatives 1e-8, while the disc is small beside its distance from
     cusps and from other caustics than those of `folds`. Where two thirds of the nodes, or half of them, change an
     integral by more than 1e-4 of itself, the value is NaN. Next to the touch of limb and caustic derivatives grow
-    without bound, as the logarithm of the distance. `kc.magnification`, which is certified, tells the error of a value.
+    without bound, as the logarithm of the distance. `kc.magnification`, which is certified, gives the error of a value.
 
     Notes
     -----
@@ -196,7 +196,7 @@ def _image_area(numbers: Vector, disc: Disc, near: Near) -> Array:
     images = jax.vmap(jax.vmap(partial(_inside, patch)))(disc.radius * jnp.asarray(_DISC))
     densities = jax.vmap(jax.vmap(partial(_density, place, patch)))(images)
     area = jnp.pi * disc.radius**2 * (densities.mean(axis=-1) @ _DISC_SHARES)
-    # A rule of half as many turns tells whether the density is resolved.
+    # A rule of half as many turns shows whether the density is resolved.
     fewer = jnp.pi * disc.radius**2 * (densities[:, ::2].mean(axis=-1) @ _DISC_SHARES)
     resolved = (fixed(patch.tail()) < _RESOLVED) & (jnp.abs(fixed(fewer / area) - 1) < _AGREES)
     return jnp.where(resolved & (jnp.abs(fixed(images)).max() < _WITHIN), area, jnp.nan)

@@ -297,11 +297,11 @@ def read_count_map(path: str | os.PathLike[str]) -> CountMap:
 
     Raises ValueError where the file cannot be read, or holds no such map.
     """
-    (counts, header), *others = plate_carree.read(path)
-    if header.get("CTYPE3") != _FITS_AXIS or len(others) != 1 or "SURFACE" not in header:
+    (counts, header), *extensions = plate_carree.read(path)
+    if header.get("CTYPE3") != _FITS_AXIS or len(extensions) != 1 or "SURFACE" not in header:
         raise ValueError(f"Argument `path` must name a map that `to_fits` wrote, but {os.fspath(path)!r} is none.")
     counts, rows = counts[:, ::-1].transpose(1, 2, 0).astype(int), counts.shape[1]
-    phi, on_caustic = (np.arange(2 * rows) + 0.5) * math.pi / rows, others[0][0][::-1].astype(bool)
+    phi, on_caustic = (np.arange(2 * rows) + 0.5) * math.pi / rows, extensions[0][0][::-1].astype(bool)
     camera, surface = (_placed(header[name], path) for name in ("VIEWER", "SURFACE"))
     return CountMap(camera, surface, surface.levels(camera, rows), phi, counts, on_caustic, np.zeros_like(on_caustic))
 

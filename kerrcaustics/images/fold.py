@@ -144,6 +144,6 @@ def _cubic(at: Float[Array, " places"], *known: Float[Array, " places"]) -> Floa
     places, values = known[:4], known[4:]
     total = np.zeros_like(at)
     for k in range(4):
-        others = [j for j in range(4) if j != k]
-        total += values[k] * np.prod([(at - places[j]) / (places[k] - places[j]) for j in others], axis=0)
+        other_nodes = [j for j in range(4) if j != k]
+        total += values[k] * np.prod([(at - places[j]) / (places[k] - places[j]) for j in other_nodes], axis=0)
     return total

@@ -100,9 +100,9 @@ def with_errors(
     dense = [np.split(values, 3) for values in evaluated(np.concatenate(places), np.tile(number, 3), _DENSE)]
     sparse = evaluated(sky, number, _SPARSE)
     values = tuple(first for first, *_ in dense)
-    others = [[*more, less] for (_, *more), less in zip(dense, sparse, strict=True)]
+    estimates = [[*more, less] for (_, *more), less in zip(dense, sparse, strict=True)]
     errors = [
-        sum(_relative(second - first, first) for second in more) for first, more in zip(values, others, strict=True)
+        sum(_relative(second - first, first) for second in more) for first, more in zip(values, estimates, strict=True)
     ]
     return values, np.stack(errors, axis=-1)
 

@@ -115,8 +115,8 @@ class Chart:
         turns, depths = np.abs(rate[:, :2].T)
         short = part / np.maximum(np.maximum(turns / _LONGEST_TURN, depths / _LONGEST_DEPTH), 1)
         along = self._sky(place + rate * short[:, None])
-        other, part = straight(sky, step, part)
-        return np.where(bent[:, None], along, other), np.where(bent, short, part)
+        straight_step, part = straight(sky, step, part)
+        return np.where(bent[:, None], along, straight_step), np.where(bent, short, part)
 
     def polar(self, sky: Float[Array, "images 3"]) -> Float[Array, "images 2"]:
         """(angle, part) of directions N: part, the distance from the hole's direction by that of the shadow edge."""

@@ -66,10 +66,10 @@ class Source:
         if len(passed):
             nearest = _turning_points(self.spin, np.asarray(beams.impact)[passed], np.asarray(beams.carter)[passed])
             beside = np.clip(_BESIDE * (nearest / radius[passed] - 1), _LEAST_BESIDE, _MOST_BESIDE)
-            others, also = self._traced(sky[passed], nearest * (1 + beside), second[passed])
+            second_arrivals, also = self._traced(sky[passed], nearest * (1 + beside), second[passed])
             for name, values in vars(beams).items():
                 if isinstance(values, np.ndarray):
-                    values[passed] = getattr(others, name)
+                    values[passed] = getattr(second_arrivals, name)
             lowering[passed] = also
         return Arrivals(self, sky, time, second, places, beams, lowering)
 

@@ -176,10 +176,10 @@ def _groups(parts: list[_Part], images: list[SlicedImage | None]) -> list[list[i
     groups: list[list[int]] = []
     for i, (part, image) in enumerate(zip(parts, images, strict=True)):
         for group in groups:
-            other = images[group[0]]
-            if parts[group[0]].time == part.time and image is not None and other is not None:
+            member = images[group[0]]
+            if parts[group[0]].time == part.time and image is not None and member is not None:
                 length = max(lengths(np.diff(image.tips, axis=0))[0], 1e-300)
-                apart = min(float(lengths(image.tips - tips).max()) for tips in (other.tips, other.tips[::-1]))
+                apart = min(float(lengths(image.tips - tips).max()) for tips in (member.tips, member.tips[::-1]))
                 if apart < _SAME * length:
                     group.append(i)
                     break

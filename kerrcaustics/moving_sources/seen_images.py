@@ -61,10 +61,10 @@ def seen_images(source: Source, branches: list[Branch], times: list[Float[Array,
     if not done.all():
         # Beside the turning point of its ray an image may be there by the other arrival.
         rest = np.flatnonzero(~done)
-        others = source.arrivals(sky[rest], emitted[rest], ~second[rest])
-        others, converged = _found(source, others, wanted[rest], room[rest])
+        second_images = source.arrivals(sky[rest], emitted[rest], ~second[rest])
+        second_images, converged = _found(source, second_images, wanted[rest], room[rest])
         sky, emitted, second = rays.sky.copy(), rays.time.copy(), rays.second.copy()
-        for mine, theirs in ((sky, others.sky), (emitted, others.time), (second, others.second)):
+        for mine, theirs in ((sky, second_images.sky), (emitted, second_images.time), (second, second_images.second)):
             mine[rest[converged]] = theirs[converged]
         rays, done[rest] = source.arrivals(sky, emitted, second), converged
     parts, first = [], 0

@@ -131,18 +131,18 @@ def walk(source: Source, start: CurvePoints, low: Float[Array, " n"], high: Floa
     n, gap = len(start), high - low
     now = record = start
     tracks = [[i] for i in range(n)]
-    step, other = np.full(n, _FIRST), np.zeros(n, bool)
+    step, toward_second = np.full(n, _FIRST), np.zeros(n, bool)
     active, landed = np.arange(n), np.zeros(n, bool)
     for _ in range(_MOST_STEPS):
         here = now[active]
         # Beyond the turning point of its ray an image arrives the other way: it is looked for well beyond.
-        h = np.where(other[active], np.clip(4 * step[active], _BEYOND, _LONGEST), step[active])
+        h = np.where(toward_second[active], np.clip(4 * step[active], _BEYOND, _LONGEST), step[active])
         ahead = here.time + h * here.along_time
         bound = np.where(here.along_time > 0, high[active], low[active])
         lands = np.where(here.along_time > 0, ahead >= bound, ahead <= bound) & (here.along_time != 0)
         with np.errstate(divide="ignore", invalid="ignore"):
             reach = np.where(lands, (bound - here.time) / here.along_time, h)
-        trial, good = _stepped(source, here, reach, lands, here.second ^ other[active], gap[active])
+        trial, good = _stepped(source, here, reach, lands, here.second ^ toward_second[active], gap[active])
         # A curve may turn back before it lands; a point beyond the bound is no part of the walk.
         good &= lands | ((trial.time > low[active]) & (trial.time < high[active]))
         taken = active[good]
@@ -155,21 +155,21 @@ def walk(source: Source, start: CurvePoints, low: Float[Array, " n"], high: Floa
         step[taken] = np.minimum(np.maximum(1.6 * reach[good], step[taken] * 0.8), _LONGEST)
         # A step that fails is tried with the other arrival at the sphere, then shortened.
         failed = active[~good]
-        shorten = other[failed]
+        shorten = toward_second[failed]
         step[failed] = np.where(shorten, step[failed] / 2, reach[~good])
-        other[failed] = ~shorten
-        other[taken] = False
-        active = active[(~landed & ((step > _SHORTEST) | other))[active]]
+        toward_second[failed] = ~shorten
+        toward_second[taken] = False
+        active = active[(~landed & ((step > _SHORTEST) | toward_second))[active]]
         if not len(active):
             break
     return [Walk(record[np.array(track)], bool(landed[i])) for i, track in enumerate(tracks)]
 
 
-def replaced(points: Kind, which: Int[Array, " some"], others: Kind) -> Kind:
-    """Rows, some of them replaced by others."""
+def replaced(points: Kind, which: Int[Array, " some"], replacement: Kind) -> Kind:
+    """Rows, with others in the place of some of them."""
     order = np.arange(len(points))
     order[which] = len(points) + np.arange(len(which))
-    return points.joined(others)[order]
+    return points.joined(replacement)[order]
 
 
 def _stepped(

@@ -310,7 +310,7 @@ class _KeplerMotion:
 
 @dataclass(frozen=True)
 class _Told:
-    """The motion that a function tells."""
+    """The motion that a function gives."""
 
     path: Path
 

@@ -83,8 +83,8 @@ def _notices(records: list[StudyRecord], version: str, machines: list[str], miss
         )
     if missing is None:
         lines.append("Made without a checkout of kerrcaustics: there may be studies that were not run.")
-    if others := ", ".join(_title(one.name) for one in records if one.version != version):
-        lines.append(html.escape(f"Computed by another version than the one installed ({version}): {others}."))
+    if outdated := ", ".join(_title(one.name) for one in records if one.version != version):
+        lines.append(html.escape(f"Computed by another version than the one installed ({version}): {outdated}."))
     if len(machines) > 1:
         lines.append(f"The studies ran on {len(machines)} different machines: their times do not compare.")
     return f'<div class="notice">{"".join(f"<p>{line}</p>" for line in lines)}</div>\n' if lines else ""

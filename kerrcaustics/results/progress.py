@@ -1,6 +1,6 @@
 """Progress of calls that take a while, passed to a function of the user's or shown as a bar.
 
-Public functions under `with_progress` have a parameter `progress`. What they call tells where it is by `report` and
+Public functions under `with_progress` have a parameter `progress`. What they call reports where it is by `report` and
 `in_steps`, whether somebody listens or not; other threads than that of the call have no listener.
 """
 

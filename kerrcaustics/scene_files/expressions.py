@@ -103,8 +103,8 @@ def _parsed(tree: ast.expr) -> _Parsed:
             names, value = _parsed(part)
             return names, lambda moment: _SIGNS[type(sign)](value(moment))
         case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
-            (names, first), (others, second) = _parsed(left), _parsed(right)
-            return (*names, *others), lambda moment: _OPERATORS[type(op)](first(moment), second(moment))
+            (names, first), (more_names, second) = _parsed(left), _parsed(right)
+            return (*names, *more_names), lambda moment: _OPERATORS[type(op)](first(moment), second(moment))
         case ast.Call(func=ast.Name(id=name), args=parts, keywords=[]) if name in _FUNCTIONS or name in _EXTREMES:
             if (len(parts) != 1) if name in _FUNCTIONS else (len(parts) < 2):
                 raise ValueError(f"{name} takes {'one number' if name in _FUNCTIONS else 'two numbers or more'}")
@@ -157,9 +157,9 @@ class _NoValueError(SceneError):
     """A formula has no value at some time, in one line."""
 
 
-def check_names(formulas: Iterable[Formula], named: dict[str, Formula], others: Iterable[str]) -> None:
+def check_names(formulas: Iterable[Formula], named: dict[str, Formula], variables: Iterable[str]) -> None:
     """Raise ValueError for formulas with undefined names, or that depend on themselves."""
-    defined = {"t", *named, *others}
+    defined = {"t", *named, *variables}
     for expression in (*named.values(), *formulas):
         for name in sorted(expression.names - defined):
             end = near(name, defined)

@@ -259,10 +259,10 @@ class SceneFile:
         if not half > 0:
             return None
         first, last = time - half, time + half
-        (opened, view), (closed, other) = (self._camera_view(moment, scale) for moment in (first, last))
+        (opened, view), (closed, view_at_end) = (self._camera_view(moment, scale) for moment in (first, last))
         azimuths = self._path.camera(first)[1].phi - phi, self._path.camera(last)[1].phi - phi
         return ShutterMotion(
-            (opened, closed), (view, other), azimuths, (first - time, last - time), self._film.shutter_weight
+            (opened, closed), (view, view_at_end), azimuths, (first - time, last - time), self._film.shutter_weight
         )
 
     def light(self, rendering: Rendering, scale: float = 1.0) -> Float[Array, "height width 3"]:

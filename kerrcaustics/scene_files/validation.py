@@ -84,8 +84,8 @@ def _check_viewer(contents: Contents) -> None:
     infinite = math.inf in (camera.radius, getattr(camera.path, "radius", None))
     if infinite and view.size is None:
         reject("view.size", "be given where camera.radius is inf", "left out")
-    other, where = (SCREEN, "left out") if view.size is None else (CAMERA_VIEW, "given")
-    for key in other:
+    excluded_keys, where = (SCREEN, "left out") if view.size is None else (CAMERA_VIEW, "given")
+    for key in excluded_keys:
         if getattr(view, key) is not None:
             reject(f"view.{key}", f"be left out where view.size is {where}", quoted(getattr(view, key)))
     if view.size is None:

@@ -39,8 +39,8 @@ _OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     **{name: getattr(np, name) for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "abs", "radians", "degrees")},
     "atan": np.arctan,
-    "min": lambda first, *others: _reduced(np.minimum, first, others),
-    "max": lambda first, *others: _reduced(np.maximum, first, others),
+    "min": lambda first, *rest: _reduced(np.minimum, first, rest),
+    "max": lambda first, *rest: _reduced(np.maximum, first, rest),
 }
 
 
@@ -100,9 +100,9 @@ def _value(tree: ast.expr, named: dict[str, Any]) -> Any:
     raise ValueError(f"{ast.unparse(tree)!r} is no expression")
 
 
-def _reduced(function: Callable[[Any, Any], Any], first: Any, others: tuple[Any, ...]) -> Any:
-    for other in others:
-        first = function(first, other)
+def _reduced(function: Callable[[Any, Any], Any], first: Any, rest: tuple[Any, ...]) -> Any:
+    for value in rest:
+        first = function(first, value)
     return first
 
 

@@ -144,12 +144,12 @@ def _tycho2_stars(tables: dict[str, Any]) -> tuple[Float[Array, "stars 3"], Floa
     return direction, np.asarray(tables["MAG_VT"].data["MAG_VT"], float)
 
 
-def merged_catalogues(first: StarCatalogue, other: StarCatalogue) -> StarCatalogue:
-    """Both catalogues as one, brightest first; stars of the other within 20 arc seconds of one of the first are it.
+def merged_catalogues(first: StarCatalogue, second: StarCatalogue) -> StarCatalogue:
+    """Both catalogues as one, brightest first; of two stars within 20 arcseconds that of the first is kept.
 
     Parameters
     ----------
-    first, other : StarCatalogue
+    first, second : StarCatalogue
         Of the same directions, as ICRS.
 
     Raises
@@ -165,10 +165,10 @@ def merged_catalogues(first: StarCatalogue, other: StarCatalogue) -> StarCatalog
     True
     """
     instance_of("first", first, StarCatalogue)
-    instance_of("other", other, StarCatalogue)
-    apart = KDTree(first.direction).query(other.direction, distance_upper_bound=_SAME)[0] > _SAME
+    instance_of("second", second, StarCatalogue)
+    apart = KDTree(first.direction).query(second.direction, distance_upper_bound=_SAME)[0] > _SAME
     names = ("direction", "magnitude", "colour_index")
-    values = [np.concatenate([getattr(first, name), getattr(other, name)[apart]]) for name in names]
+    values = [np.concatenate([getattr(first, name), getattr(second, name)[apart]]) for name in names]
     order = np.argsort(values[1], kind="stable")
     return StarCatalogue(*(value[order] for value in values))
 

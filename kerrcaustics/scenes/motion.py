@@ -74,11 +74,11 @@ class ShutterMotion:
 
     def about(self, camera: Viewer, view: Raster, time: float) -> "Exposure":
         """The exposure with this moment in its middle."""
-        if any(other.spin != camera.spin for other in self.cameras):
+        if any(viewer.spin != camera.spin for viewer in self.cameras):
             raise ValueError(f"Argument `motion` must keep the spin of the hole, {camera.spin:g}.")
-        if any(type(other) is not type(camera) for other in self.cameras):
+        if any(type(viewer) is not type(camera) for viewer in self.cameras):
             raise ValueError(f"Argument `motion` must have cameras of the class {type(camera).__name__}.")
-        if any(other.form != view.form for other in self.views):
+        if any(raster.form != view.form for raster in self.views):
             raise ValueError("Argument `motion` must keep width, height and projection of the view.")
         first, last = (
             ExposedMoment(*parts[:3], time + parts[3])

@@ -116,7 +116,7 @@ class StarSearch:
     ) -> PictureImages:
         """All images on the picture, and next to it, of each star at a moment of the exposure, from -1/2 to 1/2.
 
-        count: of the picture's stars, which tells how near to the shadow edge they are searched for; None: of these.
+        count: of the picture's stars, which sets how near to the shadow edge they are searched for; None: of these.
         """
         few = _few(lights, count)
         own = self._placed(self._own.images(lights, moment, pool))

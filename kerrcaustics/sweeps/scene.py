@@ -92,9 +92,9 @@ def from_record(record: dict[str, Any]) -> Scene:
     return checked(msgspec.convert(record, Scene), "of the store")
 
 
-def differences(scene: Scene, other: Scene) -> list[str]:
-    """Lines for the entries in which two scenes differ, titles aside: the value in the first and in the other."""
-    first, second = scene.record(), other.record()
+def differences(scene: Scene, stored: Scene) -> list[str]:
+    """Lines for the entries in which a scene and a stored one differ, titles aside: the value in each."""
+    first, second = scene.record(), stored.record()
     return [
         f"{name}: {json.dumps(first[name])} here, {json.dumps(second[name])} in the store"
         for name in first

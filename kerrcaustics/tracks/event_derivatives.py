@@ -1,7 +1,7 @@
 """Derivatives of pair events by the hole, the viewer and the path: implicit differentiation of the lens map.
 
 At an event the place s on the sky obeys det J(p, s) = 0, and x_1(p, s) = level, the first coordinate of the path. So
-both equations tell how s changes with a number p or with the level, and with it x_2, where the event is, and the
+both equations give how s changes with a number p or with the level, and with it x_2, where the event is, and the
 travel time.
 """
 

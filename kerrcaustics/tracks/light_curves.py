@@ -121,7 +121,7 @@ def spot_light_curve(
     ]
     fine, coarse = (np.stack([image.received[i] for image in images]) for i in (0, 1))
     shares, late_error = fine[..., 0], [image.late_error for image in images]
-    flux, (centroid, other) = shares.sum(axis=0), (_centroid(part) for part in (fine, coarse))
+    flux, (centroid, coarse_centroid) = shares.sum(axis=0), (_centroid(part) for part in (fine, coarse))
     late, late_coarse = (_mean_time(part) for part in (fine, coarse))
     remarks = tuple(f"crossing {n}: {remark}" for n, image in enumerate(images, 1) for remark in image.remarks)
     events = (event for image in images for event in image.events)
@@ -136,7 +136,7 @@ def spot_light_curve(
         shares=shares,
         power=spot.power,
         centroid=centroid,
-        centroid_error=_doubt(np.linalg.norm(centroid - other, axis=-1))
+        centroid_error=_doubt(np.linalg.norm(centroid - coarse_centroid, axis=-1))
         + _ROUNDING * np.linalg.norm(centroid, axis=-1),
         travel_time=late,
         travel_time_error=_doubt(np.abs(late - late_coarse)) + np.array(late_error)[:, None],

@@ -24,7 +24,7 @@ from kerrcaustics.waves.wave_sources import WaveSource
 Array = np.ndarray
 
 LEAST_FREQUENCY = 0.05
-"""Below it rays tell nothing of waves."""
+"""Below it rays say nothing about waves."""
 
 METHODS = get_args(WaveMethod)
 
@@ -159,7 +159,7 @@ def _checked_frequencies(frequencies: ArrayLike) -> Float[Array, " frequencies"]
     wrong = ~(np.isfinite(omega) & (np.abs(omega) >= LEAST_FREQUENCY))
     if wrong.any():
         raise ValueError(
-            f"Argument `frequencies` must be finite, and at least {LEAST_FREQUENCY:g} in modulus, as rays tell nothing "
+            f"Argument `frequencies` must be finite, and at least {LEAST_FREQUENCY:g} in modulus, as rays say nothing "
             f"of longer waves, but has {omega[wrong][0]:g}."
         )
     return omega

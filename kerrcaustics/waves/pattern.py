@@ -32,7 +32,7 @@ from kerrcaustics.waves.wave_sources import WaveSource
 
 Array = np.ndarray
 
-# Stars on each side, from which others are interpolated, and stars between these that tell the error.
+# Stars on each side, from which others are interpolated, and stars between these that measure the error.
 _STARS = 7
 _GRID, _NODES = chebyshev.chebpts1(_STARS), _STARS**2
 _BETWEEN = [(0.31, -0.57), (-0.73, 0.12), (0.08, 0.83)]

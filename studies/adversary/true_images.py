@@ -14,7 +14,7 @@ from ..truth.camera import Place, unit
 from ..truth.rays import displaced, tangent_basis
 from .truth import DIGITS, End, Known, known
 
-# Newton steps, and the distance of n' from the star (radians) that doubles cannot tell from none.
+# Newton steps, and the distance of n' from the star (radians) that doubles cannot distinguish from none.
 _STEPS, _SETTLED = 10, 3e-16
 
 

@@ -3,7 +3,7 @@
     kerrcaustics study cost
 
 For each engine, rays of the whole sky of one camera at the default tolerance, captured directions not counted; each
-line asks for one thing more than the line before. Whiskers tell how far two rounds differ: what is within them is
+line asks for one thing more than the line before. Whiskers show how far two rounds differ: what is within them is
 noise.
 
 Each line of what people wait for runs in a process of its own: a first call, which loads its programs, on all cores;

@@ -1,4 +1,4 @@
-"""Rays of an observer's screen, as other programs tell them: by alpha to the right and beta up, in units of M."""
+"""Rays of an observer's screen, as other programs give them: by alpha to the right and beta up, in units of M."""
 
 import math
 

@@ -75,7 +75,7 @@ def section(spin: float, inclination: float, radius: float) -> Section:
 
 
 def _width(angle: Array, scale: float, noise: float) -> Measured:
-    """Full width of a closed curve in one angle, along its trigonometric series; half of the lines tell the error."""
+    """Full width of a closed curve in one angle, along its trigonometric series; half of the lines give the error."""
     widths = [np.ptp([_extreme(every), -_extreme(-every)]) for every in (angle, angle[::2])]
     return Measured(float(scale * widths[0]), float(scale * (abs(widths[0] - widths[1]) + noise)))
 

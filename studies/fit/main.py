@@ -122,7 +122,7 @@ def main(output: Path, draws: int = DRAWS, blur: float = BLUR) -> list[Path]:
     print(text)
     correlation = covariance[0, 1] / (errors[0] * errors[1])
     findings = [
-        f"{len(images)} images of one star, each measured to {blur:g} rad from r = {RADIUS:g}, tell the spin to "
+        f"{len(images)} images of one star, each measured to {blur:g} rad from r = {RADIUS:g}, give the spin to "
         f"{errors[0]:.2g} and the inclination to {math.degrees(errors[1]):.2g} degrees, with a correlation of "
         f"{correlation:.2f}.",
         f"The scatter of {draws} fits has a mean square of {mean_square:.2f} in units of the covariance (2 is due).",

@@ -96,7 +96,7 @@ def near_axis(grid: xarray.Dataset, quantity: str, sines: np.ndarray) -> NearAxi
 
 
 def _near_errors(near: xarray.Dataset, quantity: str, sines: np.ndarray) -> np.ndarray:
-    """Errors beside the axis: a caustic tells that of phi', and theta' is more certain by sin(inclination)."""
+    """Errors beside the axis: a caustic reports that of phi', and theta' is more certain by sin(inclination)."""
     if quantity == "phi_extent":
         return near.phi_extent_error.values
     if quantity == "theta_extent":
@@ -240,7 +240,7 @@ def findings(whole: dict[str, Any], found: list[Winding]) -> list[str]:
     sentences = [
         f"Caustics on the axis are points, at most {whole['largest_extent_on_axis_in_errors']:.2g} errors wide.",
         f"Close to the axis they go as powers of sin i: {powers}.",
-        f"{whole['cusps_told']} of {whole['caustics_off_axis']} caustics off the axis are large enough to tell their "
+        f"{whole['cusps_told']} of {whole['caustics_off_axis']} caustics off the axis are large enough to count their "
         f"cusps: {f'all have {counts}' if counts else 'none'}.",
         f"None comes closer to a pole of the sky than {whole['least_pole_distance']:.2g} of the camera's inclination.",
     ]

@@ -28,7 +28,7 @@ class Crossings:
     """Two stars at a distance (radians) on either side of points of the caustic of one order: one entry a point.
 
     Inner is the star to whose side the sky map folds over. winding (n, orders): how many more pairs the caustics'
-    winding tells for it than for the outer one, by order; inside, outside (n, 2): whether Newton's method finds an
+    winding gives for it than for the outer one, by order; inside, outside (n, 2): whether Newton's method finds an
     image of index order - 1, and of index order, next to the critical point, for the inner and the outer star; away
     (n, 2): their distances from it on the sky, radians; fold (n,): that expected of a fold,
     sqrt(2 distance / curvature).
@@ -50,7 +50,7 @@ class Crossings:
 
     @property
     def is_pair(self) -> Array:
-        """True (n,) where the winding tells a pair more inside, both images are there, and neither outside."""
+        """True (n,) where the winding gives a pair more inside, both images are there, and neither outside."""
         return self.alone & (self.winding[:, self.order - 1] == 1) & self.inside.all(axis=1) & ~self.outside.any(axis=1)
 
 

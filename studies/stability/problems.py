@@ -12,7 +12,7 @@ from kerrcaustics.spacetime.frame import sky_from_fido
 
 from ..directions import fido_uniform, near_outward_null, of_momentum, off_the_edge
 
-# Closer than this to the shadow edge, N in doubles no longer tells the distance.
+# Closer than this to the shadow edge, N in doubles no longer determines the distance.
 LEAST_DISTANCE = 1e-15
 
 Sky = Callable[[kc.Camera, int, np.random.Generator], np.ndarray]

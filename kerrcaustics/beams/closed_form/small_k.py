@@ -122,9 +122,9 @@ def _brief_way(frame: Frame, photon: Photon, end: Spherical) -> tuple[Reals, ...
     # Of a ray with R = r^4 the last is known: far out, where it grows without bound, the others differ little from it.
     bent = (photon.kappa * delta - a * (a - b) * (1 + total)) / (root * (1 + root))
     clock = 2 * (2 - a * b * u) / (delta * root), (1 + 2 * u) * bent
-    *others, growing = ((rate * time).sum(0) for rate in (1 / root, a * psi, *clock))
+    *integrals, growing = ((rate * time).sum(0) for rate in (1 / root, a * psi, *clock))
     gap = end.radius - r if end.finite else 0.0
-    return *others, growing + gap + 2 * jnp.log1p(gap / r)
+    return *integrals, growing + gap + 2 * jnp.log1p(gap / r)
 
 
 def _outlying_root(spin: Reals, photon: Photon) -> tuple[Reals, Reals]:

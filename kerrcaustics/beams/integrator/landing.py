@@ -189,10 +189,10 @@ def _gain(journey: Journey) -> Reals:
     return _DIRECTION_GAIN * jnp.maximum(_DENSE / journey.density, 1) ** 2
 
 
-def _or(values: tuple[Reals, ...], others: tuple[float, ...]) -> tuple[Reals, ...]:
-    """The values, or the others if one of the values is no finite number."""
+def _or(values: tuple[Reals, ...], fallbacks: tuple[float, ...]) -> tuple[Reals, ...]:
+    """The values, or the fallbacks if one of the values is no finite number."""
     known = jnp.isfinite(sum(values))
-    return tuple(jnp.where(known, value, other) for value, other in zip(values, others, strict=True))
+    return tuple(jnp.where(known, value, fallback) for value, fallback in zip(values, fallbacks, strict=True))
 
 
 def _timed(

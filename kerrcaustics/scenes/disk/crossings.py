@@ -311,7 +311,7 @@ def _sampled(lattice: Lattice, crossing: int, x: Array, y: Array, rims: tuple[fl
     """
     size = lattice.least
     column, row = x // size, y // size
-    shifts = [((column * ray + row * other + lattice.phase) % 1.0)[:, None, None] for ray, other in _SHIFTS]
+    shifts = [((column * ray + row * column_ray + lattice.phase) % 1.0)[:, None, None] for ray, column_ray in _SHIFTS]
     step, part = np.arange(_RAYS) * (size / _RAYS), size / _RAYS
     across, down = np.broadcast_arrays(
         x[:, None, None] + step + shifts[0] * part, y[:, None, None] + step[:, None] + shifts[1] * part

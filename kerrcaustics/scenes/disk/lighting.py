@@ -87,9 +87,9 @@ def _ordered(pixels: Array, layers: list[_Layer], width: int) -> Iterator[tuple[
         within[layer.pixel] = True
     none = np.zeros(0, int)
     yield pixels[within[pixels]], layers
-    others = pixels[~within[pixels]]
-    order = np.lexsort((others % width % LARGEST, others // width % LARGEST))
-    yield others[order], [layer._replace(pixel=none, small=none) for layer in layers]
+    outside = pixels[~within[pixels]]
+    order = np.lexsort((outside % width % LARGEST, outside // width % LARGEST))
+    yield outside[order], [layer._replace(pixel=none, small=none) for layer in layers]
 
 
 def _layer(disk: Disk, cells: DiskCells, shape: tuple[int, int], looks: Looks, parts: Array) -> _Layer:
@@ -320,8 +320,8 @@ def _parts_lit(disk: Disk, sight: _Sight, looks: Looks) -> tuple[Float[Array, "m
         return np.asarray(redshift(EMITTERS[motion], looks.spin, *photon))
 
     def opposite(samples: DiskSamples) -> DiskSamples:
-        other = OPPOSITE[disk.motion]
-        return samples._replace(redshift=ratio_of(other), orbital=partial(orbital, other, looks.spin))
+        reverse = OPPOSITE[disk.motion]
+        return samples._replace(redshift=ratio_of(reverse), orbital=partial(orbital, reverse, looks.spin))
 
     ratio = ratio_of(disk.motion)
     samples = _samples(disk, sight, looks, radius, ratio)._replace(opposite=opposite)

@@ -148,9 +148,9 @@ class Spots:
 
     def _both_senses(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """Linear sRGB light (n, 3) of spots some of which circle the other way; none of what can move in neither."""
-        other = samples.opposite(samples)
+        counter_rotating = samples.opposite(samples)
         light = np.zeros((len(samples.radius), 3))
-        for against, seen in ((False, samples), (True, other)):
+        for against, seen in ((False, samples), (True, counter_rotating)):
             chosen = self.retrograde == against
             if chosen.any():
                 columns = ("radius", "azimuth", "temperature", "brightness")
