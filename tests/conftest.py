@@ -48,7 +48,7 @@ ROOMS = {
     "explorer": EXPLORER,
 }
 # GB: when memory is given back, and what must not be kept then.
-MUCH, MOST = 1.5, 2.5
+MUCH, MOST = 3.0, 4.0
 CHECKED = ["kerrcaustics.draw", *(f"kerrcaustics.{room}.{name}" for room, names in ROOMS.items() for name in names)]
 
 
@@ -62,10 +62,11 @@ def pytest_configure(config):
 def memory_given_back():
     """Caches of a module's tests do not add up."""
     yield
-    if resident() > MUCH and "jax" in sys.modules:
-        # What JAX keeps of functions that it has traced, 13 MB of each program that was compiled.
-        sys.modules["jax"].clear_caches()
-    give_back()
+    if resident() > MUCH / 2:
+        if resident() > MUCH and "jax" in sys.modules:
+            # What JAX keeps of functions that it has traced, 13 MB of each program that was compiled.
+            sys.modules["jax"].clear_caches()
+        give_back()
 
 
 @pytest.fixture(autouse=True)

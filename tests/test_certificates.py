@@ -93,6 +93,7 @@ def test_an_order_that_is_lost_is_no_certificate():
     assert none.certified and none.remarks == ()
 
 
+@pytest.mark.slow
 def test_counts_that_were_not_searched_for_say_so():
     camera = kc.Camera(0.9, 10.0)
     stars = [(1.4, 2.9), (0.5, 0.0)]

@@ -201,6 +201,7 @@ def area_on_sky(sheets, index: int, lines: int, points: int) -> float:
     return float((per_line * spread).sum() * 2 * math.pi / lines)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "camera", [pytest.param(FAR, marks=pytest.mark.slow), kc.Camera(0.9, 8.0, math.radians(50))], ids=str
 )

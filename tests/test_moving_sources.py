@@ -39,6 +39,7 @@ def test_a_circle_is_the_geodesic_that_it_is():
     assert clock_rates(spin, circle) == pytest.approx(u_t**-2, rel=1e-11)
 
 
+@pytest.mark.slow
 def test_travel_times_are_those_of_another_code():
     camera = kc.Camera(spin=0.8, radius=1000.0, inclination=math.radians(17))
     still = kc.Orbit.function(lambda t: (10.0, math.radians(89.9), math.radians(-45.0)))
@@ -167,6 +168,7 @@ def test_bad_orbit_files_get_one_line(text, words, tmp_path):
     assert words in str(error.value) and "\n" not in str(error.value)
 
 
+@pytest.mark.slow
 def test_tables_hold_the_light_of_each_time(tmp_path):
     fits = pytest.importorskip("astropy.io.fits")
     still = kc.Orbit.function(lambda t: (10.0, 1.2, 0.4))
@@ -323,6 +325,7 @@ def _places(motion):
     return at
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [0.0, -1.0, math.nan, 2.0])
 def test_balls_have_a_size(size):
     with pytest.raises(ValueError, match="Argument `size` must be"):

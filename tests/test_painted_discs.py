@@ -74,7 +74,7 @@ def test_discs_in_the_plane_agree_with_sums_over_rays(viewer, place, size, cross
         (NEAR, (1.4, 2.9), 8.0),
         pytest.param(INFINITE, (1.9, 3.2), 10.0, marks=pytest.mark.slow),
         pytest.param(MOVING, (1.4, 1.3), 7.0, marks=pytest.mark.slow),
-        (NEAR, (8.0, 2.9), kc.EquatorialPlane(1)),
+        pytest.param(NEAR, (8.0, 2.9), kc.EquatorialPlane(1), marks=pytest.mark.slow),
         pytest.param(INFINITE, (6.0, 3.1), kc.EquatorialPlane(2), marks=pytest.mark.slow),
         pytest.param(MOVING, (5.0, 1.0), kc.EquatorialPlane(3), marks=pytest.mark.slow),
     ],
@@ -138,6 +138,7 @@ def test_limb_darkening_is_a_sum_over_rings(place, end):
     assert dark.certified and abs(dark.total - rings) < 3e-3 * rings
 
 
+@pytest.mark.slow
 def test_disc_without_images_to_an_index_has_no_light():
     plane = kc.EquatorialPlane(3)
     seen = kc.magnification(NEAR, (8.0, 0.4), 0.5, max_index=0, end=plane)
@@ -145,6 +146,7 @@ def test_disc_without_images_to_an_index_has_no_light():
     assert not kc.star_images(NEAR, (8.0, 0.4), 0, end=plane).per_index[0]
 
 
+@pytest.mark.slow
 def test_image_over_the_rim_is_seen_by_both_arrivals():
     """On the rim an image is folded: its curves on either arrival have a piece of the rim in common."""
     seen = kc.magnification(NEAR, (1.4, 1.3), 2.4, max_index=0, end=8.0)
@@ -174,6 +176,7 @@ def test_bad_arguments_are_one_line(changes, words):
     assert words in str(error.value) and "\n" not in str(error.value)
 
 
+@pytest.mark.slow
 def test_limb_next_to_a_caustic_that_is_a_point():
     """On a sphere just within the camera's radius: as an integral along one line of rays says, with aberration."""
     velocity = (-0.199754602369708, -0.22086689389351255, 0.27007559349698773)
@@ -200,6 +203,7 @@ def test_small_discs_in_the_plane_are_as_bright_as_points(camera, crossing, plac
     assert abs(seen.total - points.magnification.sum()) < seen.error + most * seen.total
 
 
+@pytest.mark.slow
 def test_limb_that_crosses_the_equator_where_lines_are_known_to_the_root_of_round_off():
     camera = kc.Camera(0.8420832806894953, 8.530735277017923, 1.7671859367066052, "fiducial")
     place = (2.1999282119035644, 3.0559703381222767)

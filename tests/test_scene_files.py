@@ -330,6 +330,7 @@ def test_geodesics_keep_energy_momentum_and_carters_constant(fall):
         assert found.place(found.span[1]).radius == pytest.approx(fall[1], rel=1e-7)
 
 
+@pytest.mark.slow
 def test_a_way_through_the_axis_is_continuous():
     found = fallen(*FALLS[4])
     r, theta, phi = np.array([found.place(time)[:3] for time in np.linspace(*found.span, 1001)]).T

@@ -165,6 +165,7 @@ def test_an_observer_at_a_finite_radius_sees_what_a_camera_sees_there(centre):
         assert one.light.max() > 0
 
 
+@pytest.mark.slow
 def test_cameras_far_away_see_more_and_more_of_what_is_seen_from_infinity():
     """Differences fall as 1 / r; those of maps are left where they are smaller."""
     scene = kc.render(DISTANT, SCREEN, Smooth(), quality="high")
@@ -193,7 +194,7 @@ def test_the_shadow_has_its_size():
 
 
 @pytest.mark.parametrize(("radius", "size"), [pytest.param(30.0, 240.0, marks=pytest.mark.slow), (math.inf, 40.0)])
-@pytest.mark.parametrize("pixels", [16, 60, 300])
+@pytest.mark.parametrize("pixels", [*(pytest.param(n, marks=pytest.mark.slow) for n in (16, 60)), 300])
 def test_a_star_has_the_light_of_its_images(radius, size, pixels):
     """Flux times the magnification of its images (M^2 / sr), at any resolution."""
     observer, star = observer_at(radius), (2.1, 2.6)
@@ -259,6 +260,7 @@ def test_a_distant_camera_sees_the_disk_of_its_own_time():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("opacity", [0.003, 0.1])
 def test_a_volume_seen_from_infinity_is_that_of_a_distant_camera(opacity):
     """Differences fall as 1 / r: 2e-3 of the brightest at 1e4, on rays that graze the volume."""
@@ -274,6 +276,7 @@ def test_a_volume_seen_from_infinity_is_that_of_a_distant_camera(opacity):
     assert one.transmission == pytest.approx(other.transmission, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_a_volume_seen_from_infinity_is_as_good_as_it_says():
     screen = kc.Screen(32, 18, 24.0)
     coarse, fine = (kc.pictures.render_volume(DISTANT, screen, VOLUME, step=step) for step in (1.0, 0.1))

@@ -54,6 +54,7 @@ def test_a_star_has_its_light_at_any_resolution(camera, star):
         assert light_of(camera, star, view) == pytest.approx(total, rel=0.003), width
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "place",
     [

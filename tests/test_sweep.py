@@ -136,6 +136,7 @@ def test_a_point_that_fails_costs_no_other(tmp_path, capsys, monkeypatch):
     assert (status, out) == (2, "") and err.startswith("kerrcaustics: Argument --output must name a new store")
 
 
+@pytest.mark.slow
 def test_long_lists_of_failures_are_cut(tmp_path, capsys, quick):
     path = written(tmp_path, "spin = 0.5\nradius = {from = 0.1, to = 2, count = 100}")
     status, _, err = run(capsys, "sweep", path, "--output", tmp_path / "s.zarr")

@@ -67,6 +67,7 @@ def test_caustics_have_extremes_in_its_coordinates():
     assert abs(tilted.theta_extent / plain.theta_extent - 1) > 0.05
 
 
+@pytest.mark.slow
 def test_tracks_are_circles_about_its_axis():
     level = math.pi / 2
     tracks = kc.star_tracks(VIEWER, level, 1, end=TILTED)

@@ -198,6 +198,7 @@ def test_the_exposure_is_printed_and_kept(scene_of, tmp_path, capsys):
     assert "--set light.exposure=auto goes by the light" in words
 
 
+@pytest.mark.slow
 def test_a_film_has_its_exposures_from_nine_frames(scene_of):
     """They change smoothly, whichever process draws which frame, and are those of the nine frames themselves."""
     scene = scene_of(FILM)

@@ -240,6 +240,7 @@ def test_a_beam_between_two_levels_sees_a_part_of_both():
     assert between == pytest.approx(0.75 * one + 0.25 * two, rel=1e-12) and abs(one - two) > 1e-3
 
 
+@pytest.mark.slow
 def test_colours_of_a_volume():
     """A grid of one colour is that colour, as three numbers and as a function; a shell of two is red on one side."""
     view, even = kc.pictures.View(12, 9, math.radians(38)), np.tile([0.8, 0.4, 0.1], (3, 4, 1, 1))
