@@ -126,7 +126,8 @@ SMALL_K = {
 }
 
 
-@pytest.mark.parametrize("place", [pytest.param(p, marks=[pytest.mark.slow] * ("horizon" in p)) for p in SMALL_K])
+@pytest.mark.slow
+@pytest.mark.parametrize("place", SMALL_K)
 def test_rays_of_small_k(place):
     camera = SMALL_K[place]
     sky = directions_of_small_k(camera, 256, np.random.default_rng(12))

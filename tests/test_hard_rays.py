@@ -112,6 +112,7 @@ def test_the_azimuth_of_a_ray_from_the_axis_along_the_cut_is_known_modulo_a_turn
     assert np.isinf(rays.azimuth_error).all()
 
 
+@pytest.mark.slow
 def test_a_sphere_at_the_turning_point_is_not_certain():
     """The camera's radius is rounded too: whether a ray that starts at right angles comes back to it is not known."""
     camera, _ = TANGENTIAL

@@ -209,6 +209,7 @@ def test_command_follows_an_orbit_of_a_file(capsys, tmp_path):
     assert err == "kerrcaustics: Argument --during must be given, as this orbit has no period.\n"
 
 
+@pytest.mark.slow
 def test_a_small_ball_is_a_point():
     still = kc.Orbit.function(lambda t: (10.0, 1.2, 0.4))
     point, ball = (

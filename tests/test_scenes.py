@@ -182,6 +182,7 @@ def test_far_from_a_hole_the_sky_is_itself():
     assert scene.visible_fraction.min() == 1
 
 
+@pytest.mark.slow
 def test_pixels_on_the_shadow_edge_are_covered_in_part():
     view = kc.pictures.View.toward_hole(NEAR, 96, 96, math.radians(150), "fisheye")
     scene = kc.render(NEAR, view, Plain(lambda n: np.ones(len(n))))
@@ -310,6 +311,7 @@ def test_tone_curves():
             kc.pictures.tone_mapped(np.zeros((1, 3)), **bad)
 
 
+@pytest.mark.slow
 def test_a_traced_view_serves_many_skies_that_turn():
     view = kc.pictures.View.toward_hole(NEAR, 48, 32, 2.2)
     traced = kc.pictures.trace_view(NEAR, view)

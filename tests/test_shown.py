@@ -153,6 +153,7 @@ def test_images_bring_shadow_and_critical_curves_and_add_to_what_is_there():
     plt.close("all")
 
 
+@pytest.mark.slow
 def test_events_and_tracks_bring_their_curves():
     camera = kc.Camera(0.999, 6.03)
     events = kc.pair_events(camera, math.radians(77))

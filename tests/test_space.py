@@ -89,6 +89,7 @@ def test_paths_are_drawn_from_above_and_from_the_side():
         straight_rays().plot(Figure().add_subplot(), plane="yz")
 
 
+@pytest.mark.slow
 def test_the_hole_is_oblate_from_the_side():
     points = kc.trapped_orbit(0.9, 1.0, 20)
     hole = points.plot(Figure().add_subplot(), plane="xz").patches[0]
@@ -99,6 +100,7 @@ def test_the_hole_is_oblate_from_the_side():
 OBSERVERS = [kc.Observer(spin=0.9, inclination=1.1, radius=radius) for radius in (1e5, math.inf)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("observer", OBSERVERS, ids=["finite", "infinity"])
 def test_rays_of_observers_fill_the_picture(observer):
     """Rays come from the edge of the model and leave there; those far from the hole are left out."""

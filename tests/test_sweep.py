@@ -189,7 +189,12 @@ HARM = {
 
 @pytest.mark.parametrize("harm", HARM)
 @pytest.mark.parametrize(
-    "name", ["caustic_area/c/1/0/0/0", "caustic_area/c/1/1/0/0", "reason/c/1/1/0/0", "status/c/1/1/0"]
+    "name",
+    [
+        *(pytest.param(f"{name}/c/1/1/0/0", marks=pytest.mark.slow) for name in ("caustic_area", "reason")),
+        "caustic_area/c/1/0/0/0",
+        "status/c/1/1/0",
+    ],
 )
 def test_a_harmed_chunk_is_computed_again(harm, name, tmp_path, scene, quick):
     path = tmp_path / "s.zarr"
