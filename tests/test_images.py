@@ -13,9 +13,11 @@ from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.images.search import search
 from kerrcaustics.images.sheets import sheets_of
 from kerrcaustics.lens_map import sky_lines
+from kerrcaustics.spacetime.frame import redshift
 from kerrcaustics.spacetime.sphere import polar_angle
 
 REFERENCE = json.loads((Path(__file__).parent / "data" / "images.json").read_text(encoding="utf-8"))
+TRUTH = json.loads((Path(__file__).parents[1] / "studies" / "truth" / "truth.json").read_text(encoding="utf-8"))
 NEAR, FAR = kc.Camera(0.999, 2.6), kc.Camera(0.999, 6.03)
 
 
@@ -292,3 +294,45 @@ BAD = [
 def test_bad_input(change, complaint):
     with pytest.raises(ValueError, match=complaint):
         kc.star_images(**({"camera": FAR, "star": (1.0, 0.0), "max_index": 1} | change))
+
+
+def light_off(rays):
+    """True by reported errors of magnification and frequency ratio, of images that are rays of truth.json."""
+    off = []
+    for ray in rays:
+        camera = kc.Camera(**TRUTH["cameras"][ray["camera"]])
+        x, y, z = map(float, ray["direction"])
+        images = kc.star_images(camera, (math.atan2(math.hypot(x, y), z), math.atan2(y, x)), ray["index"])
+        sky = np.array(ray["sky"], float)
+        k = int(np.argmin(np.linalg.norm(images.sky - sky, axis=1) + (images.index != ray["index"])))
+        true = 1 / abs(float(ray["determinant"])), float(redshift(camera.frame(), sky))
+        off.append(
+            [
+                abs(images.magnification[k] - true[0]) / images.magnification_error[k],
+                abs(images.redshift[k] - true[1]) / images.redshift_error[k],
+            ]
+        )
+        assert images.magnification_error[k] < 1e-10 * true[0] * math.exp(math.pi * ray["index"])
+    return np.array(off)
+
+
+def test_errors_of_magnification_and_redshift_hold_to_25_digits():
+    rays = [ray for ray in TRUTH["rays"] if ray["index"] <= 1 and ray["camera"] in (0, 2)]
+    off = light_off(rays[::8])
+    assert len(off) > 8 and off.max() < 1
+
+
+@pytest.mark.slow
+def test_errors_of_magnification_and_redshift_hold_for_high_indices():
+    off = light_off([ray for ray in TRUTH["rays"] if 2 <= ray["index"] <= 6][::2])
+    # The star is rounded to doubles, too.
+    assert len(off) > 30 and off[:, 0].max() < 1 and off[:, 1].max() < 2
+
+
+def test_errors_of_a_star_beside_a_caustic_grow():
+    camera = kc.Camera(0.999, 6.03)
+    (*_, curve) = kc.caustics(camera, 2)
+    theta, phi = curve.place[len(curve.place) // 7]
+    inside = [kc.star_images(camera, (theta, phi + step), 2) for step in (1e-2, 1e-4, 1e-6)]
+    worst = [(images.magnification_error / images.magnification).max() for images in inside]
+    assert worst[0] < worst[1] < worst[2] < 1

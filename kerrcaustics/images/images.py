@@ -9,6 +9,7 @@ from jaxtyping import Bool
 from kerrcaustics.beams.ends import SKY, End, Spherical, Wherever, end_of
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.deep_images import deepened, is_deep
+from kerrcaustics.images.light_errors import light_errors
 from kerrcaustics.images.search import ImageSearch, on_rings, ring_remark
 from kerrcaustics.images.sheets import HIGHEST_INDEX, Sheets, sheets_of
 from kerrcaustics.lens_map.domains import Ring, domain_of
@@ -27,8 +28,8 @@ _DIRECT = "stars are seen directly, by images of index 0, at infinite (alpha, be
 @result(
     "images/1",
     record="camera surface max_index star certified certificate per_index expected on_caustic remarks",
-    rows="sky azimuth index parity magnification crossings crossings_certain redshift error time "
-    "time_error second_arrival",
+    rows="sky azimuth index parity magnification magnification_error crossings crossings_certain redshift "
+    "redshift_error error time time_error second_arrival",
 )
 class StarImages(Shown):
     """The images of one source, ordered by Morse index."""
@@ -45,11 +46,15 @@ class StarImages(Shown):
     magnification: Array = quantity(
         "image", "magnification", "1 / |det J|: area on the sky by area of the surface, r dr dphi in the plane"
     )
+    magnification_error: Array = quantity(
+        "image", "magnification", "error of magnification; infinite where the image may lie on the critical curve"
+    )
     crossings: Array = quantity("image", "1", "crossings of the equatorial plane")
     crossings_certain: Array = quantity(
         "image", "1", "False where crossings may be one off: the star lies in the equatorial plane, within errors"
     )
     redshift: Array = quantity("image", "1", "nu_camera / nu_source")
+    redshift_error: Array = quantity("image", "1", "error of redshift")
     error: Array = quantity("image", "sky", "error of sky")
     per_index: dict[int, int] = quantity("morse_index", "1", "how many images of each index were found")
     expected: dict[int, int] = quantity(
@@ -143,7 +148,8 @@ def star_images(
     `StarImages.error`, round-off of n' divided by the beam's minor diameter; where that is more than 1e-10, as for
     high indices, the image is put right by the distance from the shadow edge (deep_images.py), to about 1e-14, next to
     an extremal hole 1e-15 over the distance of the horizons. Errors hold on the sky of the camera, with aberration.
-    Magnification and redshift are those of the beam in the direction that is returned.
+    Magnification and redshift are those of the beam in the direction that is returned. Their errors are what they
+    change by over the error of that direction, and the error of the beam's area (light_errors.py).
 
     Notes
     -----
@@ -181,18 +187,21 @@ def images_of(
     """The images that a search for some sources found, source by source, as the camera sees them."""
     lens_map = LensMap(camera, surface)
     at = lens_map.seen(searched.images.sky, searched.images.second_arrival)
+    errors = light_errors(lens_map, searched.images, at)
     of_images = {
         "sky": at.sky,
         "azimuth": at.azimuth,
         "index": searched.images.index,
         "parity": 1 - 2 * (searched.images.index % 2),
         "magnification": at.magnification,
+        "magnification_error": errors.magnification,
         "crossings": np.asarray(at.beams.crossings),
         "crossings_certain": np.asarray(at.beams.crossings_certain),
         "redshift": at.redshift,
+        "redshift_error": errors.redshift,
         "error": lens_map.errors(searched.images.sky, searched.images.error),
         "time": at.time,
-        "time_error": at.time_error,
+        "time_error": errors.time,
         "second_arrival": searched.images.second_arrival,
     }
     notes = direct_remarks(surface, camera)

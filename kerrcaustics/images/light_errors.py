@@ -1,0 +1,67 @@
+"""Errors of the magnification, the frequency ratio and the travel time of images, from beams beside them."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from kerrcaustics.images.search import SkyImages
+from kerrcaustics.lens_map.lens_map import LensMap, SeenLight
+from kerrcaustics.spacetime.sphere import moved, tangent_basis
+
+Array = np.ndarray
+
+# Half-width of the differences, by the major diameter of the beam: the end of the ray moves by as much.
+_STEP = 1e-3
+# Rounding of a direction, and of what is computed from one, relative to it.
+_OF_SKY, _OF_VALUE = 4e-16, 4e-15
+
+
+class LightErrors(NamedTuple):
+    """Errors of what is seen of images."""
+
+    magnification: Float[Array, " images"]
+    redshift: Float[Array, " images"]
+    time: Float[Array, " images"]
+
+
+def light_errors(lens_map: LensMap, images: SkyImages, light: SeenLight) -> LightErrors:
+    """The errors of images that are known to an ellipse, which n' known to a circle becomes on the sky.
+
+    Its axes go as 1 over those of the beam. All values change over it, and have errors of their own. Errors are
+    infinite where the image may lie on the critical curve, and where rays beside it miss the surface on both sides.
+    """
+    surface, beams = lens_map.surface, light.beams
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        step = _STEP / light.spread
+        ways = [sign * step[:, None] * axis for axis in tangent_basis(images.sky) for sign in (1, -1)]
+        sides = np.concatenate([moved(images.sky, way) for way in ways])
+        beside = lens_map.seen(sides, np.tile(images.second_arrival, len(ways)))
+
+        def slopes(value: Array, values: Array) -> Array:
+            """Derivatives (axis, image, ...) on the sky, from one side where rays on the other miss the surface."""
+            up, down = np.moveaxis(values.reshape(2, 2, *value.shape), 1, 0)
+            up, down = np.where(np.isnan(up), 2 * value - down, up), np.where(np.isnan(down), 2 * value - up, down)
+            return (up - down) / (2 * step.reshape(-1, *[1] * (value.ndim - 1)))
+
+        first, second = slopes(surface.ends(beams), surface.ends(beside.beams))
+        both, odd, cross = (first**2 + second**2).sum(-1), (first**2 - second**2).sum(-1), 2 * (first * second).sum(-1)
+        turn, uneven = np.arctan2(cross, odd) / 2, np.hypot(odd, cross)
+        # Minor by major diameter of the beam.
+        ratio = np.sqrt(np.maximum(both - uneven, 0) / (both + uneven))
+
+        def off(slope: Array, rounding: Array | float) -> Array:
+            """The change over the ellipse, and over the rounding of the direction."""
+            major = np.abs(slope[0] * np.cos(turn) + slope[1] * np.sin(turn))
+            minor = np.abs(slope[1] * np.cos(turn) - slope[0] * np.sin(turn))
+            return images.error * (minor + ratio * major) + rounding * np.hypot(minor, major)
+
+        area, areas = (np.sign(one.beams.determinant) / one.magnification for one in (light, beside))
+        # What is wrong with a beam is nearly that of another direction: its area is far better than its diameters.
+        aside = _OF_SKY + 2 * beams.jacobian_error / light.spread
+        lost = 2 * beams.jacobian_error + _OF_VALUE + off(slopes(area, areas), aside) * light.magnification
+        of_magnification = np.where(lost < 1, lost / (1 - lost), np.inf) * light.magnification
+        of_redshift = off(slopes(light.redshift, beside.redshift), _OF_SKY) + _OF_VALUE * np.abs(light.redshift)
+        of_time = off(slopes(light.time, beside.time), 0.0) + light.time_error
+    errors = of_magnification, of_redshift, of_time
+    return LightErrors(*(np.where(np.isnan(error), np.inf, error) for error in errors))
