@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import threading
+from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -34,9 +35,9 @@ def accelerated(monkeypatch):
 
         return call
 
-    def begin(most=1 << 14):
-        monkeypatch.setattr(batches, "on_accelerator", lambda: True)
-        monkeypatch.setattr("kerrcaustics.beams.trace.on_accelerator", lambda: True)
+    def begin(most=1 << 12):
+        for place in (batches, "kerrcaustics.beams.trace"):
+            monkeypatch.setattr(f"{getattr(place, '__name__', place)}.on_accelerator", lambda count: True)
         for place in (batches, "kerrcaustics.beams.trace"):
             target = f"{getattr(place, '__name__', place)}.most_on_accelerator"
             monkeypatch.setattr(target, lambda: most)
@@ -62,7 +63,7 @@ def assert_alike(some, others):
 
 
 @pytest.mark.slow
-def test_beams_agree_with_those_of_small_batches(accelerated):
+def test_beams_agree_with_those_of_small_batches(accelerated, monkeypatch):
     """Both engines: rays of small k and others that the closed form does not hold for are integrated."""
     camera = Camera(0.999, 6.03)
     sky = random_sky(camera, 1500, np.random.default_rng(6))
@@ -71,6 +72,7 @@ def test_beams_agree_with_those_of_small_batches(accelerated):
     assert_alike(trace_beams(camera, sky), small[0])
     assert [size for name, size in sizes(calls) if name == "_closed_form"] == [4096]
     calls.clear()
+    monkeypatch.setattr(batches, "_INTEGRATED", 1024)
     assert_alike(trace_beams(camera, sky[:700], "integrated"), small[1])
     assert {size for _, size in sizes(calls)} == {1024} and sizes(calls)[:2] == [
         ("_survey", 1024),
@@ -90,15 +92,30 @@ def test_what_its_memory_does_not_hold_follows_in_one_stream(accelerated):
     assert [name for name, _ in sizes(calls)].count("_closed_form") == 3
 
 
-def test_sizes_are_powers_of_four_up_to_what_fits(accelerated):
+def test_sizes_are_few_and_fit(accelerated):
     accelerated(most=1 << 20)
-    for count, size in ((0, 1 << 10), (1, 1 << 10), (1025, 1 << 12), (1 << 14, 1 << 14), (5_000_000, 1 << 20)):
+    for count, size in ((1 << 16, 1 << 18), (1 << 18, 1 << 18), ((1 << 18) + 1, 1 << 20), (5_000_000, 1 << 20)):
         assert batches._closed_form_size(count, beams=True) == (size, size)
-        assert batches._integrator_size(count) == (min(size, 1 << 16),) * 2
-    # A job that traces repeatedly takes one program for all its steps.
-    assert {batches._closed_form_size(count, beams=True, many=True) for count in (1, 3000, 16000)} == {(1 << 14,) * 2}
-    accelerated(most=1 << 10)
-    assert batches._closed_form_size(16000, beams=True, many=True) == batches._integrator_size(16000) == (1 << 10,) * 2
+        assert batches._integrator_size(count) == (1 << 16,) * 2
+    accelerated(most=1 << 16)
+    assert batches._closed_form_size(1 << 20, beams=True) == (1 << 16,) * 2
+
+
+def test_few_rays_stay_on_a_cpu(monkeypatch):
+    """An accelerator takes as long for one ray as for many thousands."""
+    gpu, cpu = SimpleNamespace(platform="gpu"), SimpleNamespace(platform="cpu")
+    monkeypatch.setattr(jax, "devices", lambda platform=None: [cpu if platform == "cpu" else gpu])
+    monkeypatch.setattr(batches, "small_job_device", compile_cache.small_job_device.__wrapped__)
+    assert batches.device_of(1 << 16) is gpu and batches.device_of((1 << 16) - 1) is cpu
+    assert not batches.on_accelerator(1000) and batches._closed_form_size(1000, beams=True) == (2048, 512)
+
+    def without(platform=None):
+        if platform:
+            raise RuntimeError("Unknown backend cpu")
+        return [gpu]
+
+    monkeypatch.setattr(jax, "devices", without)
+    assert batches.device_of(1) is gpu
 
 
 @pytest.mark.parametrize(
@@ -128,10 +145,10 @@ def test_programs_are_those_of_one_device(other, tmp_path, monkeypatch):
         return jit(function)
 
     monkeypatch.setattr(compile_cache.jax, "jit", spied)
+    monkeypatch.setattr(compile_cache.jax, "default_device", lambda device: nullcontext())
     with own_settings():
         for name in (("cpu", "cpu", "cpu"), other):
-            monkeypatch.setattr(jax, "devices", lambda name=name: [Other(*name)])
-            assert Program(operator.add)(1.0, 2.0) == 3.0
+            assert Program(operator.add)(1.0, 2.0, on=Other(*name)) == 3.0
     assert len(list((tmp_path / "kerrcaustics" / "programs").iterdir())) == 2
     assert (asked[1] is None) == (other[0] == "gpu") and asked[0] == compile_cache._OPTIONS["cpu"]
 
@@ -142,7 +159,7 @@ def test_one_of_two_devices_takes_large_batches(tmp_path):
     code = f"""import sys; sys.path.insert(1, {str(Path(__file__).parent)!r})
 import jax, numpy as np; from test_settings import answers; from kerrcaustics.beams import batches, trace
 first, second = jax.devices(); usual = answers()
-batches.on_accelerator = trace.on_accelerator = lambda: True
+batches.on_accelerator = trace.on_accelerator = lambda count: True
 batches.most_on_accelerator = trace.most_on_accelerator = lambda: 1024
 for default in (None, second):
     jax.config.update("jax_default_device", default)

@@ -1,4 +1,4 @@
-"""Calls of the compiled engines: batches of a few fixed sizes, on the default device."""
+"""Calls of the compiled engines: batches of a few fixed sizes, many rays on the first device and few on a CPU."""
 
 from functools import cache, lru_cache
 from typing import Any
@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from kerrcaustics.beams.closed_form import formula
-from kerrcaustics.beams.compile_cache import Program
+from kerrcaustics.beams.compile_cache import Device, Program, small_job_device
 from kerrcaustics.beams.ends import End
 from kerrcaustics.beams.integrator import integrated
 from kerrcaustics.beams.ray_end import RayEnd, Wanted
@@ -26,9 +26,10 @@ _BATCH = (512, 128)
 _CLOSED_FORM_CALL = (128, 2048)
 _FEW_WITH_TIMES = 2048
 _LANES = (2048, 512)
-# On an accelerator: rays in one call, all side by side, are the next power of four, so that few programs serve all
-# numbers of rays: the fewest, the fewest of a job that traces repeatedly, the most of the integrator, the most.
-_FEWEST, _FEWEST_OF_JOB, _MOST_INTEGRATED, _MOST = 1 << 10, 1 << 14, 1 << 16, 1 << 20
+# On an accelerator: the fewest rays for which it is used, where a CPU would take as long; rays in one call, all side by
+# side, of the closed form, for fewer and for more, and of the integrator. XLA compiles programs for some thousand rays
+# that take fifty times as long as these.
+_WORTH, _FEWER, _MOST, _INTEGRATED = 1 << 16, 1 << 18, 1 << 20, 1 << 16
 # Memory (bytes) that a beam may take there, where the program of the closed form needs 2,600 without fused loops; and
 # what is assumed of a device that does not report its memory.
 _BYTES_PER_RAY, _MEMORY = 1 << 12, 1 << 31
@@ -88,9 +89,9 @@ _integrate, _survey, _prospects = Program(_integrated, fused=True), Program(inte
 
 
 @lru_cache(maxsize=64)
-def frame_on_device(camera: Viewer) -> Frame:
-    """The camera's frame, sent there once for all calls."""
-    return jax.device_put(camera.frame())
+def frame_on(device: Device, camera: Viewer) -> Frame:
+    """The camera's frame, sent to a device once for all calls."""
+    return jax.device_put(camera.frame(), device)
 
 
 @own_settings()
@@ -98,13 +99,15 @@ def closed_form(
     camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, *, short: bool = False, many: bool = False
 ) -> RayEnd[np.ndarray]:
     """The closed form of rays; short: by the formulas for small k; many: they are part of a large job."""
-    frame, on_equator = frame_on_device(camera), camera.on_equator and not short
+    device, on_equator = device_of(len(sky)), camera.on_equator and not short
+    frame = frame_on(device, camera)
     # The formulas for small k are never taken for many rays.
     few = short or (wanted.time and len(sky) <= _FEW_WITH_TIMES)
     size, lanes = _closed_form_size(len(sky), wanted.beams, many=many, few=few)
 
     def kernel(sky: Components, end: End, real: Reals) -> RayEnd[Reals | Flags]:
-        return _closed_form(frame, sky, real, end, wanted=wanted, on_equator=on_equator, short=short, lanes=lanes)
+        options = {"wanted": wanted, "on_equator": on_equator, "short": short, "lanes": lanes}
+        return _closed_form(frame, sky, real, end, on=device, **options)
 
     return _batched(kernel, [sky, np.ones(len(sky))], end, size)
 
@@ -112,15 +115,17 @@ def closed_form(
 @own_settings()
 def prospects(camera: Viewer, sky: np.ndarray, end: End) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Flags of rays that do not reach their end, that fall in when followed on, and for which both are certain."""
-    frame, (size, _) = frame_on_device(camera), _closed_form_size(len(sky), beams=False)
-    return _batched(lambda sky, end: _prospects(frame, sky, end), [sky], end, size)
+    device, (size, _) = device_of(len(sky)), _closed_form_size(len(sky), beams=False)
+    frame = frame_on(device, camera)
+    return _batched(lambda sky, end: _prospects(frame, sky, end, on=device), [sky], end, size)
 
 
 @own_settings()
 def work(camera: Viewer, sky: np.ndarray, end: End) -> np.ndarray:
     """An estimate of the work of the integrator on each ray."""
-    frame = frame_on_device(camera)
-    return _batched(lambda sky, end: _survey(frame, sky, end), [sky], end, _integrator_size(len(sky))[0])
+    device, (size, _) = device_of(len(sky)), _integrator_size(len(sky))
+    frame = frame_on(device, camera)
+    return _batched(lambda sky, end: _survey(frame, sky, end, on=device), [sky], end, size)
 
 
 @own_settings()
@@ -128,48 +133,46 @@ def integrate(
     camera: Viewer, sky: np.ndarray, refinement: np.ndarray, tolerance: float, end: End, wanted: Wanted
 ) -> RayEnd[np.ndarray]:
     """Rays integrated once, each with its steps shorter by its refinement; batches should hold rays of similar work."""
-    size, lanes = _integrator_size(len(sky))
-    frame = frame_on_device(camera)
+    device, (size, lanes) = device_of(len(sky)), _integrator_size(len(sky))
+    frame = frame_on(device, camera)
 
     def kernel(sky: Components, end: End, refinement: Reals) -> RayEnd[Reals | Flags]:
-        return _integrate(frame, sky, refinement, tolerance, end, wanted=wanted, lanes=lanes)
+        return _integrate(frame, sky, refinement, tolerance, end, on=device, wanted=wanted, lanes=lanes)
 
     return _batched(kernel, [sky, refinement], end, size)
 
 
-def on_accelerator() -> bool:
-    """True if the device is no CPU, and takes all rays side by side: its batches are large, and few."""
-    return jax.default_backend() != "cpu"
+def on_accelerator(count: int) -> bool:
+    """True if the first device is no CPU, and takes so many rays: all side by side, in few large batches."""
+    return count >= _WORTH and jax.devices()[0].platform != "cpu"
+
+
+def device_of(count: int) -> Device:
+    """The device that takes so many rays."""
+    return jax.devices()[0] if on_accelerator(count) else small_job_device()
 
 
 @cache
 def most_on_accelerator() -> int:
     """The most rays in one call on an accelerator, by half of its memory."""
     room, size = (jax.devices()[0].memory_stats() or {}).get("bytes_limit", _MEMORY) // 2, _MOST
-    while size > _FEWEST and size * _BYTES_PER_RAY > room:
+    while size > _WORTH and size * _BYTES_PER_RAY > room:
         size //= 4
     return size
 
 
-def _on_accelerator_size(count: int, fewest: int, most: int) -> tuple[int, int]:
-    size = fewest
-    while size < min(count, most):
-        size *= 4
-    size = min(size, most_on_accelerator())
-    return size, size
-
-
 def _closed_form_size(count: int, beams: bool, *, many: bool = False, few: bool = False) -> tuple[int, int]:
     """The number of rays in a call, and at a time; many: the job has more rays than are counted here; few: or none."""
-    if on_accelerator():
-        return _on_accelerator_size(count, _FEWEST_OF_JOB if many else _FEWEST, _MOST)
+    if on_accelerator(count):
+        size = min(_FEWER if count <= _FEWER else _MOST, most_on_accelerator())
+        return size, size
     small, large = _CLOSED_FORM_CALL
     return (large, _LANES[beams]) if many or (count > small and not few) else (small, small)
 
 
 def _integrator_size(count: int) -> tuple[int, int]:
     """The number of rays in a call, and side by side."""
-    return _on_accelerator_size(count, _FEWEST, _MOST_INTEGRATED) if on_accelerator() else _BATCH
+    return (_INTEGRATED, _INTEGRATED) if on_accelerator(count) else _BATCH
 
 
 def _batched(function: Any, arrays: list[np.ndarray], end: End, size: int) -> Any:
@@ -189,7 +192,7 @@ def _batched(function: Any, arrays: list[np.ndarray], end: End, size: int) -> An
             sky, *own = (np.concatenate([a, np.repeat(a[:1], missing, axis=0)]) for a in (sky, *own))
             extra_arrays = [np.concatenate([o, np.zeros(missing)]) for o in extra_arrays]
         results.append(function(tuple(sky.T), with_columns(own), *extra_arrays))
-    if on_accelerator():
+    if on_accelerator(count):
         # One wait for all arrays, in place of one for each.
         results = jax.device_get(results)
     return jax.tree.map(lambda *parts: _on_host(parts, count), *results)

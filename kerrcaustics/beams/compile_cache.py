@@ -25,7 +25,7 @@ from concurrent.futures import Future
 from functools import cache, partial, wraps
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import jax
 from jax.experimental import serialize_executable
@@ -54,7 +54,12 @@ _OPTIONS = {"cpu": {"xla_disable_hlo_passes": f"fusion,{_LOOPS}"}}
 _FUSED_OPTIONS = {"cpu": {"xla_disable_hlo_passes": _LOOPS}}
 
 Compiled = Callable[..., Any]
+# Type checkers know `jax.Device` as a variable alone.
+Device: TypeAlias = Any
 Function = TypeVar("Function", bound=Callable[..., Any])
+
+# The setting that says for which device a program is made.
+_FOR = "jax_default_device"
 
 _loaded: dict[Hashable, "Future[Compiled]"] = {}
 _lock = threading.Lock()
@@ -75,15 +80,19 @@ class Program:
     def __init__(self, function: Callable[..., Any], *, fused: bool = False) -> None:
         self._function, self._fused = function, fused
 
-    def __call__(self, *arguments: Any, **static: Hashable) -> Any:
-        """The value of the function. Arguments are trees of numbers and arrays; static ones are part of the program."""
-        return self.compiled(*arguments, **static)(*arguments)
+    def __call__(self, *arguments: Any, on: Device | None = None, **static: Hashable) -> Any:
+        """The value of the function. Arguments are trees of numbers and arrays; static ones are part of the program.
 
-    def compiled(self, *arguments: Any, **static: Hashable) -> Compiled:
+        on: the device, by default that of small jobs.
+        """
+        return self.compiled(*arguments, on=on, **static)(*arguments)
+
+    def compiled(self, *arguments: Any, on: Device | None = None, **static: Hashable) -> Compiled:
         """The program for arguments of this shape: from this process, from a file, or made and put into one."""
         leaves, tree = jax.tree.flatten(arguments)
         types = [(getattr(leaf, "shape", ()), getattr(leaf, "dtype", type(leaf))) for leaf in leaves]
-        key = (self, tree, tuple(static.items()), *types)
+        device = on or small_job_device()
+        key = (self, device, tree, tuple(static.items()), *types)
         with _lock:
             is_new = key not in _loaded
             # The most recently used program stands last.
@@ -92,35 +101,47 @@ class Program:
                 del _loaded[next(iter(_loaded))]
         if is_new:
             try:
-                program.set_result(self._kept(arguments, static, [(shape, str(dtype)) for shape, dtype in types]))
+                shapes = [(shape, str(dtype)) for shape, dtype in types]
+                program.set_result(self._kept(device, arguments, static, shapes))
             except BaseException as error:
                 with _lock:
                     _loaded.pop(key, None)
                 program.set_exception(error)
         return program.result()
 
-    def _kept(self, arguments: tuple[Any, ...], static: dict[str, Hashable], shapes: list[Any]) -> Compiled:
-        device = jax.devices()[0]
+    def _kept(
+        self, device: Device, arguments: tuple[Any, ...], static: dict[str, Hashable], shapes: list[Any]
+    ) -> Compiled:
         options = (_FUSED_OPTIONS if self._fused else _OPTIONS).get(device.platform)
         name = f"{self._function.__module__}.{self._function.__qualname__}"
         request = (jax.tree.structure(arguments), shapes, sorted(static.items()), options)
         made_for = device.platform, device.device_kind, device.client.platform_version
         about = repr((_source_digest(), *made_for, name, request))
         file = f"{name}-{hashlib.sha256(about.encode()).hexdigest()[:32]}"
-        program = _read(file)
+        program = _read(file, device)
         if program is None:
             _compiling.append(name)
             try:
                 with _alone(file) as waited:
-                    program = _read(file) if waited else None
+                    program = _read(file, device) if waited else None
                     if program is None:
                         function = jax.jit(partial(self._function, **static), compiler_options=options)
-                        program = function.lower(*arguments).compile()
+                        with jax.default_device(device):
+                            program = function.lower(*arguments).compile()
                         _write(file, program)
             finally:
                 _compiling.remove(name)
         give_back_memory()
         return program
+
+
+@cache
+def small_job_device() -> Device:
+    """The device of jobs with few rays: a CPU, unless JAX has none, which is faster there than an accelerator."""
+    try:
+        return jax.devices("cpu")[0]
+    except RuntimeError:
+        return jax.devices()[0]
 
 
 def apart(function: Function, *static: str) -> Function:
@@ -133,7 +154,7 @@ def apart(function: Function, *static: str) -> Function:
 
     @wraps(function)
     def called(*arguments: Any, **options: Any) -> Any:
-        if jax.default_backend() != "cpu":
+        if (getattr(jax.config, _FOR) or jax.devices()[0]).platform != "cpu":
             return function(*arguments, **options)
         (first, *rest), tree = jax.tree.flatten(part(*arguments, **options))
         # That is kept with the call, whichever of its values is named.
@@ -193,7 +214,7 @@ def _processor() -> str:
     return platform.processor()
 
 
-def _read(name: str) -> Compiled | None:
+def _read(name: str, device: Device) -> Compiled | None:
     """The program in a file; None if there is none that can be used, for any reason: it is made anew then."""
     root = cache_root()
     try:
@@ -205,7 +226,6 @@ def _read(name: str) -> Compiled | None:
             with contextlib.suppress(OSError):
                 os.utime(name, dir_fd=folder, follow_symlinks=False)
         payload, in_tree, out_tree = pickle.loads(zlib.decompress(data))
-        device = jax.devices()[0]
         return serialize_executable.deserialize_and_load(payload, in_tree, out_tree, device.client, [device])
     except Exception:
         return None

@@ -198,7 +198,7 @@ def _traced(
     surface = end_of(camera, end)
     directions, shape = as_vectors(camera.directions(sky))
     count = len(directions)
-    size, threads = (most_on_accelerator(), 1) if on_accelerator() else (_BLOCK, cores())
+    size, threads = (most_on_accelerator(), 1) if on_accelerator(count) else (_BLOCK, cores())
 
     def block(start: int) -> RayEnd[np.ndarray]:
         block_rays = slice(start, start + size)
