@@ -53,7 +53,7 @@ def made_track(index, radius, events=()):
     parity[list(places)] = 0
     ones = np.ones(60)
     azimuth = 2 * math.pi * np.arange(60) / 60
-    columns = ones, ones, ones, 0 * ones, 0 * ones
+    columns = ones, 0 * ones, ones, 0 * ones, ones, 0 * ones, 0 * ones
     return Track(CAMERA, SKY, sky, azimuth, indices, parity, *columns, True, 1, events, places)
 
 

@@ -293,3 +293,24 @@ def test_event_errors_are_honest(name, theta):
     assert np.array_equal(ours.order, other.order) and np.array_equal(ours.side, other.side)
     assert np.all(np.abs(ours.longitude - other.longitude) <= 10 * ours.error)
     assert np.linalg.norm(ours.points.line_of_sight - other.points.line_of_sight, axis=1).max() < 1e-10
+
+
+@pytest.mark.parametrize(
+    ("level", "end"),
+    [
+        (1.2, math.inf),
+        pytest.param(1.5, 8.0, marks=pytest.mark.slow),
+        pytest.param(6.0, kc.EquatorialPlane(1), marks=pytest.mark.slow),
+    ],
+    ids=["sky", "sphere", "plane"],
+)
+def test_light_of_tracks_is_that_of_images_within_both_errors(level, end):
+    camera = kc.Camera(0.9, 10.0, 1.2)
+    (track, *_) = kc.star_tracks(camera, level, 1, end=end).tracks
+    for i in range(0, len(track), len(track) // 4):
+        images = kc.star_images(camera, (level, math.remainder(track.azimuth[i], 2 * math.pi)), 1, end=end)
+        k = int(np.argmin(np.linalg.norm(images.sky - track.sky[i], axis=1)))
+        for name in ("magnification", "redshift", "time"):
+            value, other = (getattr(one, name)[j] for one, j in ((track, i), (images, k)))
+            off, more = (getattr(one, f"{name}_error")[j] for one, j in ((track, i), (images, k)))
+            assert abs(value - other) < off + more < 1e-6 * abs(value)

@@ -9,11 +9,11 @@ from jaxtyping import Bool
 from kerrcaustics.beams.ends import SKY, End, Spherical, Wherever, end_of
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.deep_images import deepened, is_deep
-from kerrcaustics.images.light_errors import light_errors
 from kerrcaustics.images.search import ImageSearch, on_rings, ring_remark
 from kerrcaustics.images.sheets import HIGHEST_INDEX, Sheets, sheets_of
 from kerrcaustics.lens_map.domains import Ring, domain_of
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap
+from kerrcaustics.lens_map.measured_light import measured_light
 from kerrcaustics.lens_map.search_sky import search_camera, search_sky
 from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
@@ -149,7 +149,7 @@ def star_images(
     high indices, the image is put right by the distance from the shadow edge (deep_images.py), to about 1e-14, next to
     an extremal hole 1e-15 over the distance of the horizons. Errors hold on the sky of the camera, with aberration.
     Magnification and redshift are those of the beam in the direction that is returned. Their errors are what they
-    change by over the error of that direction, and the error of the beam's area (light_errors.py).
+    change by over the error of that direction, and the error of the beam's area (measured_light.py).
 
     Notes
     -----
@@ -186,22 +186,23 @@ def images_of(
 ) -> list[StarImages]:
     """The images that a search for some sources found, source by source, as the camera sees them."""
     lens_map = LensMap(camera, surface)
-    at = lens_map.seen(searched.images.sky, searched.images.second_arrival)
-    errors = light_errors(lens_map, searched.images, at)
+    known = searched.images
+    light = lens_map.seen(known.sky, known.second_arrival)
+    at = measured_light(lens_map, light, known.sky, known.error, known.second_arrival)
     of_images = {
         "sky": at.sky,
         "azimuth": at.azimuth,
         "index": searched.images.index,
         "parity": 1 - 2 * (searched.images.index % 2),
         "magnification": at.magnification,
-        "magnification_error": errors.magnification,
+        "magnification_error": at.magnification_error,
         "crossings": np.asarray(at.beams.crossings),
         "crossings_certain": np.asarray(at.beams.crossings_certain),
         "redshift": at.redshift,
-        "redshift_error": errors.redshift,
+        "redshift_error": at.redshift_error,
         "error": lens_map.errors(searched.images.sky, searched.images.error),
         "time": at.time,
-        "time_error": errors.time,
+        "time_error": at.time_error,
         "second_arrival": searched.images.second_arrival,
     }
     notes = direct_remarks(surface, camera)

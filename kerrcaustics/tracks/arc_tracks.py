@@ -12,7 +12,8 @@ from jaxtyping import Float, Int
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import End
 from kerrcaustics.images.circle_arcs import Arcs, step_between
-from kerrcaustics.lens_map.lens_map import LensMap, SeenLight
+from kerrcaustics.lens_map.lens_map import LensMap
+from kerrcaustics.lens_map.measured_light import MeasuredLight, measured_light
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.events import PairEvent
 from kerrcaustics.tracks.track import Track
@@ -30,7 +31,8 @@ def arc_tracks(
         return ()
     lens_map = LensMap(camera, surface)
     light = lens_map.seen(arcs.low.sky)
-    error = lens_map.errors(arcs.low.sky, node_errors(arcs, light.beams))
+    off = node_errors(arcs, light.beams)
+    light, error = measured_light(lens_map, light, arcs.low.sky, off), lens_map.errors(arcs.low.sky, off)
     chains = _chains(arcs.index <= max_index)
     tracks = [_track(lens_map, arcs, chain, events, light, error) for chain in chains]
     return tuple(sorted(tracks, key=lambda track: (track.index.min(), not track.closed, len(track))))
@@ -64,7 +66,7 @@ def _track(
     arcs: Arcs,
     chain: Int[Array, " _"],
     events: dict[int, PairEvent],
-    light: SeenLight,
+    light: MeasuredLight,
     error: Float[Array, " nodes"],
 ) -> Track:
     """The track of a chain of nodes."""
@@ -81,7 +83,9 @@ def _track(
         index=index,
         parity=np.where(folded, 0, 1 - 2 * (index % 2)),
         magnification=np.where(folded, np.inf, light.magnification[chain]),
+        magnification_error=np.where(folded, np.inf, light.magnification_error[chain]),
         redshift=light.redshift[chain],
+        redshift_error=light.redshift_error[chain],
         time=light.time[chain],
         time_error=light.time_error[chain],
         error=error[chain],

@@ -18,6 +18,7 @@ from kerrcaustics.images.circle_arcs import Arcs, arcs_of
 from kerrcaustics.lens_map.crossing_lines import CrossingLines
 from kerrcaustics.lens_map.domains import Ring
 from kerrcaustics.lens_map.lens_map import LensMap
+from kerrcaustics.lens_map.measured_light import measured_light
 from kerrcaustics.lens_map.plane_map import Crossings, PlaneMap
 from kerrcaustics.lens_map.search_sky import TOLERANCE, search_camera
 from kerrcaustics.results.declared import Items, Shown, quantity, result, usual_warnings
@@ -33,7 +34,11 @@ Array = np.ndarray
 _ROUNDING, _CLOSE = 2e-16, 1e-6
 
 
-@result("isoradial/1", record="crossing radius closed", points="sky azimuth error redshift width time time_error")
+@result(
+    "isoradial/1",
+    record="crossing radius closed",
+    points="sky azimuth error redshift redshift_error width time time_error",
+)
 class Isoradial(Shown):
     """The image of a circle round the hole, at one crossing of its plane."""
 
@@ -46,6 +51,7 @@ class Isoradial(Shown):
     azimuth: Array = quantity("point", "rad", "phi of the circle's points that are seen there, unwrapped")
     error: Array = quantity("point", "sky", "estimated error of the points, across the curve")
     redshift: Array = quantity("point", "1", "nu_camera / nu_emitter of what shines there; NaN where nothing can")
+    redshift_error: Array = quantity("point", "1", "error of redshift")
     width: Array = quantity("point", "sky", "length on the sky, across the curve, for a unit of radius")
     edge_phase: Array = quantity("point", "rad", "parameter of the shadow edge from which the point's line starts")
     closed: bool = quantity("", "1", "True where every line across the shadow edge meets the image once")
@@ -202,8 +208,8 @@ def _curve(
     viewer: Viewer, surface: EquatorialPlane, radius: float, points: Crossings, *, closed: bool, time: bool
 ) -> Isoradial:
     lens_map = LensMap(viewer, surface)
-    light = lens_map.seen(points.sky)
     error = (points.miss(radius) + points.error) / points.gradient + _ROUNDING
+    light = measured_light(lens_map, lens_map.seen(points.sky), points.sky, error)
     return Isoradial(
         camera=viewer,
         crossing=surface.crossing,
@@ -212,6 +218,7 @@ def _curve(
         azimuth=np.unwrap(light.azimuth),
         error=lens_map.errors(points.sky, error),
         redshift=light.redshift,
+        redshift_error=light.redshift_error,
         width=lens_map.sky.lengths(points.sky) / (radius * points.gradient),
         edge_phase=points.edge_phase,
         closed=closed,

@@ -15,7 +15,8 @@ from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import End, Sphere
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.images.reciprocal import directions, sheets_from
-from kerrcaustics.lens_map.lens_map import LensMap, SeenLight, on_leaves
+from kerrcaustics.lens_map.lens_map import LensMap, on_leaves
+from kerrcaustics.lens_map.measured_light import MeasuredLight, measured_light
 from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.lens_map.search_sky import TOLERANCE, search_camera
 from kerrcaustics.spacetime.checks import quoted
@@ -41,7 +42,7 @@ class SeenNodes:
     which event each node is, -1 where it is none; remarks: what is in doubt.
     """
 
-    light: SeenLight
+    light: MeasuredLight
     error: Float[Array, " nodes"]
     eastward: Bool[Array, " nodes"]
     events: Int[Array, " nodes"]
@@ -91,6 +92,7 @@ def seen_from(camera: Viewer, theta: float, branches: Branches, own: PathEvents,
     error[at_event] = along / at.spread[at_event] + at.beams.jacobian_error[at_event]
     eastward = line_of_sight_from_sky(rest.frame(), sky)[:, 2] < 0
     remarks = (f"{lost} points of tracks could not be found on the camera's sky",) if lost else ()
+    at = measured_light(lens_map, at, sky, error, second_arrival)
     return SeenNodes(at, lens_map.errors(sky, error), eastward, which, remarks)
 
 

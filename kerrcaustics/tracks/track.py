@@ -13,7 +13,8 @@ Array = np.ndarray
 
 @result(
     "track/1",
-    record="closed turns places sky azimuth index parity magnification redshift time time_error error",
+    record="closed turns places sky azimuth index parity magnification magnification_error redshift redshift_error "
+    "time time_error error",
 )
 class Track(Shown):
     """A connected curve on the camera sky along which images of a star move, through regions of several indices.
@@ -37,7 +38,9 @@ class Track(Shown):
     magnification: Array = quantity(
         "point", "magnification", "1 / |det J|: area on the sky by area of the surface, r dr dphi in the plane"
     )
+    magnification_error: Array = quantity("point", "magnification", "error of magnification; infinite next to events")
     redshift: Array = quantity("point", "1", "nu_camera / nu_source")
+    redshift_error: Array = quantity("point", "1", "error of redshift")
     time: Array = quantity("point", "GM/c^3", TRAVEL_TIME)
     time_error: Array = quantity("point", "GM/c^3", "error of time")
     error: Array = quantity("point", "sky", "error of sky")

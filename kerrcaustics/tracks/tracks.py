@@ -14,6 +14,7 @@ from kerrcaustics.images.images import StarImages, checked_index, checked_sheets
 from kerrcaustics.images.search import search
 from kerrcaustics.lens_map.domains import Domain, Ring, TwoLeaves, domain_of
 from kerrcaustics.lens_map.lens_map import LensMap
+from kerrcaustics.lens_map.measured_light import measured_light
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.spacetime.arrays import HostReals
@@ -249,7 +250,8 @@ def _followed(
     frame, nodes = branches.sheets.frame, branches.nodes
     lens_map = LensMap(camera, surface)
     light = lens_map.seen(nodes.sky)
-    error = lens_map.errors(nodes.sky, errors_on_sky(branches, light, branches.events.error))
+    off = errors_on_sky(branches, light, branches.events.error)
+    light, error = measured_light(lens_map, light, nodes.sky, off), lens_map.errors(nodes.sky, off)
     eastward = line_of_sight_from_sky(frame, nodes.sky)[:, 2] < 0
     return branches.events, branches, SeenNodes(light, error, eastward, nodes.event)
 
@@ -289,7 +291,9 @@ def _track(lens_map: LensMap, chain: Chain, branches: Branches, events: list[Pai
         index=index,
         parity=np.where(event >= 0, 0, 1 - 2 * (index % 2)),
         magnification=np.where(event >= 0, np.inf, light.magnification[chosen]),
+        magnification_error=np.where(event >= 0, np.inf, light.magnification_error[chosen]),
         redshift=light.redshift[chosen],
+        redshift_error=light.redshift_error[chosen],
         time=light.time[chosen],
         time_error=light.time_error[chosen],
         error=at.error[chosen],

@@ -1,11 +1,11 @@
 """Errors of the magnification, the frequency ratio and the travel time of images, from beams beside them."""
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
-from kerrcaustics.images.search import SkyImages
 from kerrcaustics.lens_map.lens_map import LensMap, SeenLight
 from kerrcaustics.spacetime.sphere import moved, tangent_basis
 
@@ -17,26 +17,33 @@ _STEP = 1e-3
 _OF_SKY, _OF_VALUE = 4e-16, 4e-15
 
 
-class LightErrors(NamedTuple):
-    """Errors of what is seen of images."""
+@dataclass(frozen=True)
+class MeasuredLight(SeenLight):
+    """Light with the errors of its values, for directions that have an error; `time_error` holds that of both."""
 
-    magnification: Float[Array, " images"]
-    redshift: Float[Array, " images"]
-    time: Float[Array, " images"]
+    magnification_error: Float[Array, " n"]
+    redshift_error: Float[Array, " n"]
 
 
-def light_errors(lens_map: LensMap, images: SkyImages, light: SeenLight) -> LightErrors:
-    """The errors of images that are known to an ellipse, which n' known to a circle becomes on the sky.
+def measured_light(
+    lens_map: LensMap,
+    light: SeenLight,
+    sky: Float[Array, "n 3"],
+    error: Float[Array, " n"],
+    second_arrival: Bool[Array, " n"] | None = None,
+) -> MeasuredLight:
+    """The light of directions on the search sky, which are known to an error in radians.
 
-    Its axes go as 1 over those of the beam. All values change over it, and have errors of their own. Errors are
-    infinite where the image may lie on the critical curve, and where rays beside it miss the surface on both sides.
+    A circle of n' becomes an ellipse on the sky, in which the direction lies: `error` is its semi-major axis, and the
+    other one is shorter as the beam is flat. All values change over it, and have errors of their own. Errors are
+    infinite where the direction may be critical, and where rays beside it miss the surface on both sides.
     """
     surface, beams = lens_map.surface, light.beams
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         step = _STEP / light.spread
-        ways = [sign * step[:, None] * axis for axis in tangent_basis(images.sky) for sign in (1, -1)]
-        sides = np.concatenate([moved(images.sky, way) for way in ways])
-        beside = lens_map.seen(sides, np.tile(images.second_arrival, len(ways)))
+        ways = [sign * step[:, None] * axis for axis in tangent_basis(sky) for sign in (1, -1)]
+        sides = np.concatenate([moved(sky, way) for way in ways])
+        beside = lens_map.seen(sides, None if second_arrival is None else np.tile(second_arrival, len(ways)))
 
         def slopes(value: Array, values: Array) -> Array:
             """Derivatives (axis, image, ...) on the sky, from one side where rays on the other miss the surface."""
@@ -54,7 +61,7 @@ def light_errors(lens_map: LensMap, images: SkyImages, light: SeenLight) -> Ligh
             """The change over the ellipse, and over the rounding of the direction."""
             major = np.abs(slope[0] * np.cos(turn) + slope[1] * np.sin(turn))
             minor = np.abs(slope[1] * np.cos(turn) - slope[0] * np.sin(turn))
-            return images.error * (minor + ratio * major) + rounding * np.hypot(minor, major)
+            return error * (minor + ratio * major) + rounding * np.hypot(minor, major)
 
         area, areas = (np.sign(one.beams.determinant) / one.magnification for one in (light, beside))
         # What is wrong with a beam is nearly that of another direction: its area is far better than its diameters.
@@ -63,5 +70,14 @@ def light_errors(lens_map: LensMap, images: SkyImages, light: SeenLight) -> Ligh
         of_magnification = np.where(lost < 1, lost / (1 - lost), np.inf) * light.magnification
         of_redshift = off(slopes(light.redshift, beside.redshift), _OF_SKY) + _OF_VALUE * np.abs(light.redshift)
         of_time = off(slopes(light.time, beside.time), 0.0) + light.time_error
-    errors = of_magnification, of_redshift, of_time
-    return LightErrors(*(np.where(np.isnan(error), np.inf, error) for error in errors))
+    values: dict[str, Any] = vars(light) | {
+        "time_error": _known(of_time, light.time),
+        "magnification_error": _known(of_magnification, light.magnification),
+        "redshift_error": _known(of_redshift, light.redshift),
+    }
+    return MeasuredLight(**values)
+
+
+def _known(error: Float[Array, " n"], value: Float[Array, " n"]) -> Float[Array, " n"]:
+    """Errors, infinite where nothing is known of them though there is a value."""
+    return np.where(np.isnan(error) & ~np.isnan(value), np.inf, error)
