@@ -2,14 +2,14 @@
 1. Gravitational lensing: from the thin lens to the hole
 ========================================================
 
-A point mass far away is the textbook lens. We find where its formulas stop: how the magnification of a star differs
+A point mass far away is the textbook lens. We find where its formulas fail: how the magnification of a star differs
 from that of a thin lens as the viewer comes closer, and what spin does to the caustic.
 """
 
 # %%
-# A thin lens has two images, of Morse index 0 and 1. With the star at the angle u in units of Einstein's radius, their
-# magnifications together are (u² + 2) / (u sqrt(u² + 4)). A viewer far away sees stars at infinity through a lens with
-# Einstein's radius sqrt(4 / r), r being the distance of the hole in units of its mass.
+# A thin lens has two images, of Morse index 0 and 1. For a star at angle u, in units of the Einstein radius, their
+# total magnification is (u² + 2) / (u sqrt(u² + 4)). A viewer far away sees stars at infinity through a lens with the
+# Einstein radius sqrt(4 / r), where r is the distance of the hole in units of its mass.
 
 import math
 
@@ -34,8 +34,8 @@ ax.set(xlabel="distance of the hole (M)", ylabel="departure from the thin lens")
 plt.show()
 
 # %%
-# The departure falls as one over the distance. On a screen magnifications are
-# in units of the mass squared: divided by r² they are those of solid angles.
+# The departure falls as one over the distance. On a screen, magnifications are in units of the mass squared; divided by
+# r² they refer to solid angles.
 #
 # Spin makes a curve of the point
 # -------------------------------
@@ -51,4 +51,4 @@ ax.set(xlabel="φ′ (nrad)", ylabel="θ′ (nrad)", title="spin 0.9, from 10,00
 plt.show()
 
 # %%
-# Four cusps, as for any lens without symmetry. How wide it is, by spin and distance: :doc:`../astroids`.
+# It has four cusps, as for any lens without symmetry. Its width by spin and distance: :doc:`../astroids`.

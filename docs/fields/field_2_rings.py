@@ -2,8 +2,8 @@
 2. Interferometry: rings of one source
 ======================================
 
-What an array resolves are images of one patch of the disk, by rays that cross the plane once, twice and three times.
-We find the delay and the demagnification from each to the next, for a hole like that of M87.
+An array resolves images of one patch of the disk, from rays that cross the plane once, twice and three times. We find
+the delay and the demagnification from each image to the next, for a hole like that of M87.
 """
 
 # %%
@@ -23,8 +23,8 @@ for n, seen in enumerate(rings, 1):
     print(f"crossing {n}: {seen.magnification.sum():.3e}, arrives at {seen.time.min():.2f} M")
 
 # %%
-# From one crossing to the next the factor tends to exp(-γ), with Lyapunov's exponent γ of photon orbits, and the delay
-# to a half turn of theirs, about 16 M. The first crossings are still far from both.
+# From one crossing to the next the factor tends to exp(-γ), where γ is the Lyapunov exponent of photon orbits, and the
+# delay tends to half a turn of these orbits, about 16 M. The first crossings are still far from both.
 
 for first, second in pairwise(rings):
     share = second.magnification.sum() / first.magnification.sum()
@@ -40,7 +40,8 @@ for first, second in pairwise(light):
     print(f"fainter by {second / first:.4f}")
 
 # %%
-# Where the images lie on the screen, with the edge of the shadow, and in hours for a mass of 6.5e9 suns:
+# The positions of the images on the screen, with the edge of the shadow, and the delay in hours for a mass of 6.5e9
+# suns:
 
 figure, ax = plt.subplots(figsize=(4.5, 4.5), layout="constrained")
 edge = kc.shadow_edge(observer, 400)

@@ -2,7 +2,7 @@
 3. Flares near Sgr A*: a spot on an orbit
 =========================================
 
-A bright spot circles the hole at 9 M, as the flares that were seen at infrared wavelengths do. We get what an
+A bright spot circles the hole at 9 M, like the flares seen at infrared wavelengths. We get what an
 interferometer measures: flux and centroid over time, in minutes and microarcseconds.
 """
 
@@ -33,8 +33,8 @@ right.set(xlabel="α (μas)", ylabel="β (μas)", aspect="equal", title="centroi
 plt.show()
 
 # %%
-# The peak is beaming, as the spot comes toward us; the cross is the hole. The path is not centred on it, as the sides
-# of the orbit are lensed differently. Each image has its share:
+# The peak is due to beaming, as the spot comes toward us; the cross marks the hole. The path is not centred on it, as
+# the sides of the orbit are lensed differently. Each image has its share:
 
 share = light.shares.sum(axis=1) / light.shares.sum()
 print("share of each image in all light:", np.round(share, 4))

@@ -2,8 +2,8 @@
 4. Pulsars and stars: arrival times by every image
 ==================================================
 
-A pulsar passes behind a massive hole. Its pulses reach us along two ways: we find both delays, what is left of the
-textbook's formula for them, and how bright the second way is.
+A pulsar passes behind a massive hole. Its pulses reach us along two paths: we find both delays, what is left of the
+textbook formula for them, and how bright the second image is.
 """
 
 import math
@@ -28,9 +28,9 @@ figure.suptitle("Index 0 and 1, seen edge on")
 plt.show()
 
 # %%
-# Most of the delay is the size of the orbit (Roemer's). The rest is Shapiro's, here the whole of it and not its first
+# Most of the delay is the size of the orbit (Roemer's). The rest is Shapiro's, here in full and not only to first
 # order: when the pulsar is behind the hole both images have nearly the same delay, and both are bright.
 #
-# Solar masses make seconds of it: for Sgr A* one M is 21 s.
+# The mass of the hole converts this to seconds: for Sgr A* one M is 21 s.
 #
-# Events where pairs of images are born, and arrival times as a table, are in :doc:`../moving_sources`.
+# Events at which pairs of images are born, and arrival times as a table, are in :doc:`../moving_sources`.

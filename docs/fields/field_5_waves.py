@@ -19,8 +19,8 @@ for index, amplitude, time in zip(waves.image_index, waves.image_amplitude, wave
     print(f"n = {index}: g sqrt(mu) = {amplitude:.4f}, T = {time:.3f} M")
 
 # %%
-# The source is at 30 M behind the hole, the viewer at infinity. Images of index 0 and 1 beat; where their phases are
-# close, at low frequencies, their sum is wrong, and the integral of their ring is taken.
+# The source is 30 M behind the hole, the viewer at infinity. Images of index 0 and 1 beat; where their phases are
+# close, at low frequencies, their sum is wrong, and the integral of their ring is used instead.
 
 figure, ax = plt.subplots(figsize=(6, 3.4), layout="constrained")
 size = np.abs(waves.value)
@@ -32,7 +32,7 @@ ax.legend()
 plt.show()
 
 # %%
-# For a hole of a million suns ωM = 1 is 32 mHz. The images of index 2 and more are the echoes that come one turn later.
-# Codes for lensed waves take the three columns printed above: :doc:`../waves`.
+# For a hole of a million suns ωM = 1 is 32 mHz. The images of index 2 and higher are the echoes, which arrive one turn
+# later. Codes for lensed waves take the three columns printed above: :doc:`../waves`.
 
 print("method at the lowest and the highest frequency:", waves.method[0], waves.method[-1])

@@ -24,9 +24,8 @@ ax.legend()
 plt.show()
 
 # %%
-# The disk reaches in to the innermost stable orbit; the red wing is what spins are measured by. The second crossing is
-# light of the lower face, bent round the hole: it is seen where nothing lies in the way, as within the inner
-# rim.
+# The disk reaches in to the innermost stable orbit; spins are measured from the red wing. The second crossing is
+# light of the lower face, bent round the hole: it is seen where nothing is in the way, such as inside the inner rim.
 #
-# `emissivity` is the power with which the line's emission falls, or a function of the radius. Checks against another
-# program: :doc:`../disk_checks`.
+# `emissivity` is the power with which the line's emission falls with radius, or a function of the radius. Checks
+# against another program: :doc:`../disk_checks`.

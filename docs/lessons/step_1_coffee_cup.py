@@ -10,7 +10,7 @@ shows why it comes with images that appear and vanish in pairs. The sky near a b
 # Light in a cup
 # --------------
 #
-# Sunlight comes from the left and is thrown back by the inner wall, a circle of radius 1. A ray that meets the wall at
+# Sunlight comes from the left and is reflected by the inner wall, a circle of radius 1. A ray that meets the wall at
 # the angle :math:`t` leaves it in the direction :math:`(-\cos 2t, -\sin 2t)`. Here are eighty rays.
 
 import matplotlib.pyplot as plt
@@ -23,7 +23,7 @@ def wall(t):
 
 
 def thrown_back(t):
-    """The direction in which it goes on."""
+    """The direction of the reflected ray."""
     return -np.array([np.cos(2 * t), np.sin(2 * t)])
 
 
@@ -36,8 +36,8 @@ plt.show()
 
 # %%
 # No single ray is bright. The bright line is where neighbouring rays meet: they crowd along it. Take two neighbours
-# as the sides of a thin *beam*. Where they meet, the beam has no width at all, and behind that place its sides are
-# exchanged. **A caustic is the line of all places where thin beams have no width.** In the cup that happens once
+# as the sides of a thin *beam*. Where they meet, the beam has no width at all, and beyond that place its sides are
+# swapped. **A caustic is the line of all places where thin beams have no width.** In the cup that happens once
 # along each ray, at the distance :math:`\cos(t)/2` from the wall, so that the line can be drawn by itself.
 
 caustic = wall(t) + np.cos(t) / 2 * thrown_back(t)
@@ -48,12 +48,12 @@ figure
 # Seen from the coffee
 # --------------------
 #
-# Now be a small fish in the coffee and look at the wall. You see the sun thrown back there: once for each ray that
-# comes to you. A ray comes to you if your place lies on it, that is, where this function of :math:`t` is zero.
+# Now be a small fish in the coffee and look at the wall. You see the sun reflected there, once for each ray that
+# reaches you. A ray reaches you if your place lies on it, that is, if this function of :math:`t` is zero.
 
 
 def miss(place, t):
-    """The distance at which a ray passes to the side of a place."""
+    """The distance by which a ray misses a place."""
     away, direction = np.asarray(place)[:, None] - wall(t), thrown_back(t)
     return away[0] * direction[1] - away[1] * direction[0]
 
@@ -73,10 +73,10 @@ plt.show()
 # crossings, one on the way down and one on the way up; it cannot gain a single one. **That is why images come in
 # pairs.**
 #
-# Two more things can be read from the curve. Where it goes up, a ray a little further on passes the fish on the one
-# side, where it goes down on the other: left and right are exchanged. So *one of the two images is mirrored*. And
-# where the curve just touches the axis it is flat: a whole bundle of rays passes close by the fish, which sees much
-# light. So *at their birth both images are as bright as can be*; then they part and fade, as the curve crosses the
+# Two more things can be read from the curve. Where it goes up, a ray a little further on passes the fish on one side;
+# where it goes down, on the other: left and right are swapped. So *one of the two images is mirrored*. And where the
+# curve just touches the axis it is flat: a whole bundle of rays passes close to the fish, which sees a lot of light. So
+# *both images are brightest at their birth*; then they part and fade, as the curve crosses the
 # axis ever more steeply.
 #
 # Let us count the suns everywhere in the cup.
@@ -113,7 +113,7 @@ plt.show()
 # *cusp*, *fold*       its tip; the rest of it                the same
 # ===================  =====================================  ==============================================
 #
-# Near a hole light is followed backward, from the camera, which exchanges the parts: lines of sight are the rays, the
-# celestial sphere is the coffee on which they land, and a star is the fish. As many lines of sight land on it as the
-# camera sees images of it. On one side of a caustic a star has two images more than on the other, and when it crosses
-# the line these two appear, or vanish, together.
+# Near a hole light is followed backward, from the camera, which swaps the roles: lines of sight are the rays, the
+# celestial sphere is the coffee on which they land, and a star is the fish. The camera sees one image of the star for
+# each line of sight that lands on it. On one side of a caustic a star has two more images than on the other, and when
+# it crosses the line these two appear, or vanish, together.

@@ -11,8 +11,8 @@ a narrow beam of light is squeezed to a line.
 # ----------
 #
 # ``spin`` runs from 0 to just below 1. ``radius`` is in units of the hole's mass, as if that were a length: the
-# horizon of a hole that spins fast, from within which nothing comes back, is at 1, far away is 100 and more. Without
-# more words the camera sits in the plane of the hole's equator and moves on a circular orbit. Angles are radians
+# horizon of a fast-spinning hole, from inside which nothing comes back, is at 1; far away means 100 and more. By
+# default the camera sits in the plane of the hole's equator and moves on a circular orbit. Angles are in radians
 # everywhere in Python.
 
 import matplotlib.pyplot as plt
@@ -24,20 +24,20 @@ camera = kc.Camera(spin=0.999, radius=6.03)
 camera
 
 # %%
-# The picture shows its *shadow*: directions from which no light comes, since lines of sight end in the hole. It does
-# not lie in the middle: the camera moves, which shifts all directions forward, as rain seems to come from ahead when
-# one runs, and the hole drags light round with it.
+# The picture shows the hole's *shadow*: the directions from which no light comes, since these lines of sight end in
+# the hole. The shadow is not in the middle: the camera moves, which shifts all directions forward, just as rain seems
+# to come from ahead when you run, and the hole drags light round with it.
 #
 # Lines of sight
 # --------------
 #
-# A direction of the camera's sky is a unit vector. Its parts are outward from the hole, along the motion, and up along
-# the spin axis: (−1, 0, 0) looks at the hole. ``trace_beams`` follows lines of sight, and narrow beams about them, back
-# to the *celestial sphere*: the sky full of stars, infinitely far away.
+# A direction on the camera's sky is a unit vector. Its components point outward from the hole, along the motion, and
+# up along the spin axis: (−1, 0, 0) looks at the hole. ``trace_beams`` follows lines of sight, and narrow beams about
+# them, back to the *celestial sphere*: the sky full of stars, infinitely far away.
 #
-# ``direction`` says from where on the celestial sphere the light of a line of sight comes, ``error`` how far off that
-# may be, in radians, and ``magnification`` how much brighter a star looks there than it would without the hole. Here
-# are three of them.
+# ``direction`` gives the place on the celestial sphere from which the light of a line of sight comes, ``error`` how far
+# off that may be, in radians, and ``magnification`` how much brighter a star there looks than it would without the
+# hole. Here are three lines of sight.
 
 beams = kc.trace_beams(camera, [[-0.7, -0.1, 0.7], [-0.7, 0.1, 0.7], [-0.7, 0.6, 0.0]])
 for number in range(3):
@@ -48,7 +48,7 @@ for number in range(3):
 #
 # Now look along a line from far to the right of the hole to its shadow. A narrow round beam of lines of sight lands
 # on the celestial sphere as an ellipse. ``delta_minus`` is the smaller of its two diameters, divided by that of the
-# beam at the camera; it is given a minus sign where the picture is mirrored. The smaller the ellipse, the larger the
+# beam at the camera; it is negative where the picture is mirrored. The smaller the ellipse, the larger the
 # picture of what lies in it, and the brighter a star there.
 
 angle = np.radians(np.linspace(150, 68, 1500))
@@ -64,15 +64,15 @@ ax.invert_xaxis()
 plt.show()
 
 # %%
-# ``delta_minus`` passes through zero, again and again the nearer we come to the shadow. Each zero is a point of a
-# *critical curve*: the beam about this direction lands as a line, with no width, as light does on the coffee.
+# ``delta_minus`` passes through zero again and again as we approach the shadow. Each zero is a point of a *critical
+# curve*: the beam about this direction lands as a line, with no width, just as light does on the coffee.
 #
 # Why again and again? A line of sight that passes closer to the hole is bent more. Close to the shadow it runs round
-# the hole, once, twice, as often as one likes, before it leaves for the stars, and about every half turn its beam is
-# squeezed to a line and opens again: ways round a ball that part at one place of it meet at the opposite place, half a
-# turn on, as meridians do at the poles. ``index`` counts how often that happened on the way. It is 0 far from the
-# shadow, and grows by one across each critical curve, where one squeeze more comes to lie before the end of the way;
-# where it is odd, the picture is mirrored.
+# the hole once, twice, or any number of times before it leaves for the stars. About every half turn its beam is
+# squeezed to a line and opens again: paths round a ball that start at one point meet at the opposite point, half a turn
+# later, as meridians do at the poles. ``index`` counts how often that happened on the way. It is 0 far from the shadow
+# and grows by one across each critical curve, where one more squeeze falls before the end of the path. Where ``index``
+# is odd, the picture is mirrored.
 
 for index in range(3):
     inside = seen.index == index
@@ -83,16 +83,16 @@ for index in range(3):
 # --------------------------------------
 #
 # ``caustics`` finds the zeros in all directions, to the last digit that a computer has, and joins them. There are
-# infinitely many such curves, as lines of sight may run round the hole as often as one likes. They are numbered from
-# outside, their *order*: the *primary* one lies between index 0 and 1, the *secondary* between 1 and 2, the *tertiary*
-# between 2 and 3, and so on.
+# infinitely many such curves, since lines of sight may run round the hole any number of times. They are numbered from
+# the outside by their *order*: the *primary* one lies between index 0 and 1, the *secondary* between 1 and 2, the
+# *tertiary* between 2 and 3, and so on.
 
 caustics = kc.caustics(camera, orders=3)
 ax = caustics.plot(sky="camera")
 plt.show()
 
 # %%
-# These are the *critical curves* on the camera's sky, round the shadow: where to look. The lines of sight in these
+# These *critical curves* on the camera's sky, round the shadow, show where to look. The lines of sight in these
 # directions land, among the stars, on the *caustics*, the primary critical curve on the primary caustic and so on,
 # point by point:
 
@@ -102,16 +102,16 @@ plt.show()
 # %%
 # The primary one is tiny, half a degree wide, on the far side of the hole. If the hole did not spin it would be a
 # single point, exactly behind it; the spin drags light along, and pulls the point apart. Light that ran round the
-# hole more often was dragged further: the tertiary caustic winds five times round the whole sky. The number of turns,
-# and the error of everything that was found:
+# hole more often was dragged further: the tertiary caustic winds five times round the whole sky. Here are the number
+# of turns and the error of each caustic:
 
 for caustic in caustics:
     print(f"{caustic.order}: {caustic.kind}, {caustic.circuits:.4f} circuits, error {caustic.error:.0e} rad")
 
 # %%
-# Each has four tips, as the cup's line has one: *cusps*. When a star crosses a *fold*, which is all the rest, two
-# images meet and vanish, or are born, by the way it goes. When it leaves through the very tip of a cusp, three meet,
-# and one goes on.
+# Each has four tips, called *cusps*; the cup's line has one. All the rest of a caustic is a *fold*. When a star crosses
+# a fold, two images meet and vanish, or are born, depending on which way it goes. When it leaves through the very tip
+# of a cusp, three images meet, and one goes on.
 
 caustics[0].plot()
 plt.show()
@@ -122,8 +122,8 @@ plt.show()
 #
 # Take a small grid of directions across the secondary critical curve, long in the direction in which the beam is
 # squeezed, short in the other one. (``jacobian`` is the matrix that says where a small step on the camera's sky
-# lands; its singular vectors are the two directions.) Where does the grid land on the celestial sphere? We measure
-# there from one point of the caustic: along it, and across it.
+# lands; its singular vectors are the two directions.) Where does the grid land on the celestial sphere? There we
+# measure from one point of the caustic, along the caustic and across it.
 
 from kerrcaustics.draw.style import index_colour
 
@@ -133,7 +133,7 @@ point, place, after = secondary.sky[number], secondary.celestial[number], second
 
 
 def from_place(theta, phi):
-    """Displacements along the caustic and across it, in milliradians, of places on the celestial sphere."""
+    """Displacements of places on the celestial sphere along and across the caustic, in milliradians."""
     turn = (phi - place[1] + np.pi) % (2 * np.pi) - np.pi
     away = np.stack([theta - place[0], np.sin(place[0]) * turn])
     along = (after - place) * [1, np.sin(place[0])]
@@ -162,18 +162,19 @@ before.legend()
 plt.show()
 
 # %%
-# Like a sheet of paper this piece of the camera's sky is folded along the critical curve; the fold lies on the
-# caustic (black). A star on the one side of it lies under both layers: it is seen twice in this piece, once in the
-# layer that is turned over, mirrored. A star on the other side is not seen in this piece at all, but elsewhere on the
+# This piece of the camera's sky is folded along the critical curve like a sheet of paper; the fold lies on the
+# caustic (black). A star on one side of it lies under both layers: it is seen twice in this piece, once mirrored, in
+# the layer that is turned over. A star on the other side is not seen in this piece at all, but elsewhere on the
 # camera's sky.
 
 # %%
 # All that a beam says
 # ---------------------
 #
-# Most of the numbers of a beam have been met by now. A result that stands alone in the last line of a cell shows all
-# of them: here those of the three lines of sight of the beginning, from the least to the largest. ``index``,
+# You have met most of the numbers of a beam by now. A result alone on the last line of a cell shows all of them: here
+# those of the first three lines of sight, from the smallest to the largest. ``index``,
 # ``delta_minus`` and ``magnification`` are as above; ``parity`` is −1 where the picture is mirrored; ``redshift`` is
-# the frequency that the camera sees over that of the source. The `Python reference <../api.html>`_ explains the rest.
+# the frequency that the camera sees divided by that of the source. The `Python reference <../api.html>`_ explains the
+# rest.
 
 beams

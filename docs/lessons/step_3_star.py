@@ -10,8 +10,8 @@ We move one star over the secondary caustic of the last lesson, and watch a pair
 # --------------------
 #
 # A star's place on the celestial sphere is (θ′, φ′): θ′ from the spin axis, φ′ round it. ``star_images`` finds every
-# image of it with an index up to ``max_index``. (There are infinitely many more, closer to the shadow, whose light ran
-# round the hole more often. They are ever fainter, but for the moment when a pair of them is born.)
+# image of the star with an index up to ``max_index``. (There are infinitely many more, closer to the shadow, whose
+# light ran round the hole more often. They get fainter and fainter, except at the moment when a pair of them is born.)
 
 import math
 
@@ -27,8 +27,8 @@ before = kc.star_images(camera, star=(math.radians(77), math.radians(-60)), max_
 before
 
 # %%
-# ``certified`` is true: the images were looked for; and how many there must be was counted without looking, from the
-# caustics alone, by how often each runs round the star. Both agree, so none is missing.
+# ``certified`` is true. The images were searched for, and the number that must exist was counted without a search,
+# from the caustics alone: from how often each runs round the star. The two numbers agree, so no image is missing.
 #
 # Five degrees further on
 # -----------------------
@@ -38,8 +38,8 @@ print("before", before.per_index)
 print("after ", after.per_index)
 
 # %%
-# One image of index 1, which is mirrored, and one of index 2, which is not, have come: a pair. The circles mark the
-# two: there was no image so close to them before. Between them runs the secondary critical curve.
+# A pair has appeared: one image of index 1, which is mirrored, and one of index 2, which is not. The circles mark the
+# two: before, there was no image this close to them. The secondary critical curve runs between them.
 
 from kerrcaustics.draw.projection import about_shadow
 
@@ -62,7 +62,7 @@ plt.show()
 # When exactly?
 # -------------
 #
-# The camera circles the hole, so that for it all stars go round the other way: φ′ of a star falls. ``pair_events``
+# The camera circles the hole, so it sees all stars go round the other way: the φ′ of a star falls. ``pair_events``
 # finds the moments when a star crosses a caustic.
 
 events = kc.pair_events(camera, math.radians(77))
@@ -70,8 +70,8 @@ events
 
 # %%
 # The pair is born at one point of the critical curve. Put the star a little past the caustic, then closer and closer
-# to it, and measure how far apart the two images are: that goes as the square root of the star's distance from the
-# caustic. So is it in a coffee cup, and at every fold.
+# to it, and measure the distance between the two images: it goes as the square root of the star's distance from the
+# caustic. The same holds in a coffee cup, and at every fold.
 
 born = events[0]
 for step in (1e-2, 1e-4, 1e-6):
@@ -82,9 +82,10 @@ for step in (1e-2, 1e-4, 1e-6):
     print(f"star {step:.0e} rad past the caustic: images {np.linalg.norm(pair[0] - pair[1]):.2e} rad apart")
 
 # %%
-# Nearer by a factor of 100, the images are nearer by 10. And both grow brighter by 10, without bound as they meet: a
-# fish on the bright line of the cup sees two suns merge, and much light. So a pair is born brightest, its two images
-# equally bright, and fades: as one over the square root of the star's distance at first, then each in its own way.
+# When the star is nearer by a factor of 100, the images are nearer by a factor of 10. Both also grow brighter by a
+# factor of 10, and without bound as they meet: a fish on the bright line of the cup sees two suns merge, and much
+# light. A pair is therefore brightest when it is born, with two equally bright images. Then it fades: at first as one
+# over the square root of the star's distance, then each image in its own way.
 #
 # One whole orbit
 # ---------------
@@ -96,8 +97,9 @@ tracks.plot()
 plt.show()
 
 # %%
-# A colour stands for an index. At a triangle that points up a pair is born, and its two images part; at one that
-# points down two images meet, and vanish. Brightness in time, with the same triangles, each over a spike:
+# Each colour stands for an index. At a triangle that points up, a pair is born and its two images part; at one that
+# points down, two images meet and vanish. The next figure shows the brightness over time, with the same triangles, each
+# above a spike:
 
 from kerrcaustics.draw.brightness import brightness
 
@@ -106,5 +108,5 @@ brightness(ax, tracks, 0.0, tracks.period)
 plt.show()
 
 # %%
-# To drag stars by hand, in a browser or a notebook: ``kerrcaustics explore``, or ``kc.explore(spin=0.999,
+# To drag stars by hand, in a browser or a notebook, use ``kerrcaustics explore`` or ``kc.explore(spin=0.999,
 # radius=6.03)``.

@@ -9,10 +9,10 @@ From single rays to pictures: every pixel is a narrow beam.
 # Stars
 # -----
 #
-# A ``View`` says where the camera looks and how wide, ``StarField`` is the sky of the Hipparcos satellite. A
-# ``fisheye`` keeps angles from its middle to scale, so that much of the sky fits in. Stars differ in brightness by
-# thousands, which no screen shows: ``plot`` chooses an exposure by their light, and lifts the faint
-# ones (``asinh`` is the curve by which it does that).
+# A ``View`` sets where the camera looks and how wide its view is; ``StarField`` is the sky of the Hipparcos satellite.
+# A ``fisheye`` keeps angles from its middle to scale, so that much of the sky fits in. Stars differ in brightness by
+# factors of thousands, which no screen can show: ``plot`` chooses an exposure from their light, and lifts the faint
+# ones with the curve ``asinh``.
 
 import matplotlib.pyplot as plt
 
@@ -28,8 +28,8 @@ plt.show()
 
 # %%
 # Outside the primary critical curve (blue) the sky looks as usual, only bent. Between it and the secondary one
-# (orange) is the whole sky once more, mirrored and squeezed, and some of it more than once, as the last lesson found.
-# Within that one it comes again, not mirrored, and so on down to the shadow.
+# (orange) is the whole sky once more, mirrored and squeezed, and some of it more than once, as found in the last
+# lesson. Inside the secondary curve it appears again, not mirrored, and so on down to the shadow.
 #
 # Swatches
 # --------
@@ -42,7 +42,7 @@ show_critical_curves(ax, view, kc.caustics(camera, orders=2))
 plt.show()
 
 # %%
-# On a critical curve a beam is squeezed to a line, so that neighbouring pixels see nearly the same place of the board:
+# On a critical curve a beam is squeezed to a line, so that neighbouring pixels see nearly the same place on the board:
 # its swatches are stretched.
 #
 # A disk

@@ -9,8 +9,8 @@ A film is a scene file, a few lines of text. We write one, look at some of its p
 # The scene
 # ---------
 #
-# Everything of the last lessons can be said in a file: the hole, the camera, the view, the sky. ``film`` says for how
-# long. The camera goes once round in ten seconds.
+# A file can hold everything from the last lessons: the hole, the camera, the view, the sky. ``film`` sets how long the
+# film is. The camera goes round once in ten seconds.
 
 import tempfile
 from pathlib import Path
@@ -48,7 +48,7 @@ plt.show()
 
 # %%
 # The stars drift past. Outside the primary critical curve they all go one way; inside it they circle round two
-# places on either side of the shadow, where the poles of the sky are seen, about which it turns.
+# places on either side of the shadow, where the poles about which the sky turns are seen.
 #
 # The film
 # --------
@@ -59,8 +59,8 @@ plt.show()
 #
 #     kerrcaustics film orbit.toml --output orbit.mp4
 #
-# makes all 240 frames; an interrupted film resumes. From Python any function that returns a picture
-# makes a film. Here are two seconds of a star that crosses the secondary caustic, with its images to index 2, as a GIF.
+# makes all 240 frames; an interrupted film resumes. In Python, any function that returns a picture can make a film.
+# Here is a two-second GIF of a star that crosses the secondary caustic, with its images up to index 2.
 
 import math
 
@@ -106,6 +106,6 @@ plt.show()
 # Where to go on
 # --------------
 #
-# `How do I ...? <../howto.html>`_ answers short questions; `Scene files <../scene_files.html>`_ lists all that a scene
-# may say; `Films <../films.html>`_ has ready ones to make. Every word that was new here stands in the `glossary
-# <../glossary.html>`_.
+# `How do I ...? <../howto.html>`_ answers short questions; `Scene files <../scene_files.html>`_ lists everything a
+# scene can contain; `Films <../films.html>`_ has ready-made films. All terms that were new here are in the
+# `glossary <../glossary.html>`_.

@@ -2,16 +2,16 @@
 6. What is really seen at a caustic
 ===================================
 
-On a caustic a star that is a point would be infinitely bright. Two things prevent that: the star has a size, and light
-has a wavelength. We move one star over a fold of the secondary caustic, and measure both.
+On a caustic a point-like star would be infinitely bright. Two things prevent that: the star has a size, and light
+has a wavelength. We move one star across a fold of the secondary caustic, and measure both.
 """
 
 # %%
 # The way of the star
 # -------------------
 #
-# It crosses the caustic straight, on a fold far from all cusps. *d* is its distance from the caustic, positive within,
-# where the star has two images more.
+# It crosses the caustic straight, on a fold far from all cusps. *d* is its distance from the caustic, positive inside,
+# where the star has two more images.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -42,8 +42,8 @@ fold
 # A point, and discs
 # ------------------
 #
-# ``magnification`` measures the images of a disc: the curves that bound them, and the area within. Here are a point and
-# discs of two sizes, radii in radians.
+# ``magnification`` measures the images of a disc: the curves that bound them, and the area inside. Here are a point and
+# discs of two sizes, with radii in radians.
 
 distances = np.linspace(-0.01, 0.02, 30)
 stars = [place(d) for d in distances]
@@ -60,14 +60,15 @@ ax.legend()
 plt.show()
 
 # %%
-# A disc begins to be brighter as its limb touches the caustic, is brightest when most of it is within, and is as bright
-# as a point from a few radii on. The smaller it is, the higher the peak: as one over the square root of its radius.
+# A disc starts to brighten when its limb touches the caustic, is brightest when most of it is inside, and is as bright
+# as a point from a few radii on. The smaller the disc, the higher the peak, which goes as one over the square root of
+# its radius.
 #
 # Waves
 # -----
 #
-# ``amplification`` is the field of the star's waves, by that without the hole. Its square is the brightness of a point,
-# and finite. The wave of the bright image of index 0 is taken off, to show the pair alone.
+# ``amplification`` is the field of the star's waves, divided by that without the hole. Its square is the brightness of
+# a point, and is finite. The wave of the bright image of index 0 is subtracted, to show the pair alone.
 
 figure, ax = plt.subplots(figsize=(6, 3.4), layout="constrained")
 way = np.linspace(-0.06, 0.12, 91)
@@ -84,6 +85,6 @@ ax.legend()
 plt.show()
 
 # %%
-# At d < 0 the images that are always there beat. Within the caustic the pair joins them: its two waves are one hump at
+# At d < 0 the images that are always there beat. Inside the caustic the pair joins them: its two waves form one hump at
 # the caustic, which begins a little outside, and interfere farther in. The higher the frequency, the narrower the
 # fringes. More: :doc:`../extended_sources` and :doc:`../waves`.

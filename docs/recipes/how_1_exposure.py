@@ -2,17 +2,17 @@
 Choose an exposure
 ==================
 
-**Goal:** a picture that is neither white nor black. The light of a rendering is in a unit of its own, and goes from
-faint stars to a bright disk over a factor of a million; the *exposure* is the factor by which it is multiplied before
-it is shown, and the *curve* says how much of that range a screen shows.
+**Goal:** a picture that is neither white nor black. The light of a rendering has its own unit, and spans a factor of a
+million from faint stars to a bright disk. The *exposure* is the factor by which it is multiplied before it is shown,
+and the *curve* determines how much of that range a screen shows.
 """
 
 # %%
 # Four pictures of the same light
 # -------------------------------
 #
-# ``render`` takes seconds, showing its light again takes none: render once, and then try. Left to itself, as
-# ``exposure="auto"``, everything that shows light chooses an exposure by it; a number is yours.
+# ``render`` takes seconds, but showing its light again takes none: render once, then experiment. By default,
+# ``exposure="auto"``, everything that shows light chooses an exposure from it; a number sets your own.
 
 import matplotlib.pyplot as plt
 
@@ -41,14 +41,14 @@ plt.show()
 # ---------------
 #
 # At exposure 1 nearly everything is white: the light of a star field is in units of a star of magnitude 0 per
-# steradian, and a pixel is a small part of one. On the linear curve what is bright enough is cut at white, and
-# colours are lost there; ``asinh`` keeps the hue, lifts what is faint and leaves room for what is bright. Stars look
+# steradian, and a pixel is a small part of one. On the linear curve, bright enough light is cut at white and loses its
+# colour; ``asinh`` keeps the hue, lifts faint light and leaves room for bright light. Stars look
 # best with it, a disk or a checkerboard alone with ``linear``.
 #
 # A number of your own
 # --------------------
 #
-# ``auto_exposure`` returns the number, and ``clipped_fraction`` which part of the pixels is then cut at white; more
+# ``auto_exposure`` returns the number, and ``clipped_fraction`` the fraction of pixels that is then cut at white; more
 # than a few per cent is too much. ``tone_mapped`` makes the bytes of a file.
 
 exposure = kc.pictures.auto_exposure(stars.light, curve="asinh")
@@ -59,18 +59,18 @@ for stops in (-2, 0, 2):
 picture = kc.pictures.tone_mapped(stars.light, exposure=exposure, curve="asinh")
 
 # %%
-# ``kerrcaustics.draw.scenes.save_picture("stars.png", picture)`` writes it. Twice the exposure is one stop more, as
-# with a camera: go by factors of two. Pictures that belong together want one number for all of them; a film that is
-# left to itself changes smoothly.
+# ``kerrcaustics.draw.scenes.save_picture("stars.png", picture)`` writes it. Doubling the exposure adds one stop, as
+# with a camera: change it by factors of two. Pictures that belong together need one number for all of them; in a film,
+# the automatic exposure changes smoothly.
 #
-# In a scene file it is the table ``light``; what is left out is chosen by the light, and ``kerrcaustics render`` prints
-# the number, and how much is cut:
+# In a scene file the exposure is in the table ``light``; values left out are chosen from the light, and
+# ``kerrcaustics render`` prints the number and how much is cut:
 #
 # .. code-block:: toml
 #
 #     [light]
 #     exposure = 0.0004   # by default "auto"
-#     curve = "asinh"     # before stars the default
+#     curve = "asinh"     # the default with stars
 #
 # A disk beside stars has a ``brightness`` of about 1 / exposure. The light itself, before any exposure, is kept by
 # ``kerrcaustics render scene.toml --output scene.exr``, for programs that develop pictures. More is in `Light and

@@ -9,9 +9,9 @@ Show a panorama of your own
 # A picture to try
 # ----------------
 #
-# A panorama is twice as wide as high: the whole horizon across, from the north pole above to the south pole below, as
-# photographs of the sky are, which are taken from inside. Here is one with words, on which a mirrored sky shows at
-# once. With a file in its place: ``kc.skies.Panorama.read("sky.jpg")``.
+# A panorama is twice as wide as it is high: it spans the whole horizon, from the north pole at the top to the south
+# pole at the bottom. It is seen from inside, like photographs of the sky. Here is one with words, which show at once if
+# the sky is mirrored. To use a file instead: ``kc.skies.Panorama.read("sky.jpg")``.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -29,15 +29,15 @@ for degrees in range(0, 361, 45):
     chart.axvline(degrees, color="white", linewidth=1)
 FigureCanvasAgg(paper).draw()
 picture = np.asarray(paper.canvas.buffer_rgba())[..., :3]
-# A picture's bytes are no linear light; `read` knows that.
+# A picture's bytes are not linear light; `read` takes care of that.
 light = (picture / 255) ** 2.2
 
 # %%
 # Far from a hole, and near it
 # ----------------------------
 #
-# The middle of the picture lies behind the hole for a camera at azimuth 0. From far away the words read as on the
-# picture, bent round the hole; on a circular orbit at r = 6.03 the whole sky is there again, inside the ring.
+# The middle of the picture lies behind the hole for a camera at azimuth 0. From far away the words read as in the
+# picture, bent round the hole; from a circular orbit at r = 6.03 the whole sky appears again, inside the ring.
 
 sky = kc.skies.Panorama(light)
 figure, panels = plt.subplots(3, 1, figsize=(6, 9), layout="constrained")
@@ -56,16 +56,15 @@ plt.show()
 # What to look at
 # ---------------
 #
-# Words outside the bright ring read as they should. Those that are squeezed against its inner side are mirrored: they
-# are images of index 1, between the primary and the secondary critical curve. A word that is mirrored far from the hole
-# would say that the picture is a chart of the sphere from outside, as a globe has it: then ``mirror=True`` turns it
-# over.
+# Words outside the bright ring read as they should. Words squeezed against its inner side are mirrored: they are images
+# of index 1, between the primary and the secondary critical curve. A mirrored word far from the hole would mean that
+# the picture is a chart of the sphere from outside, like a globe: then ``mirror=True`` flips it.
 #
 # Turned
 # ------
 #
-# ``orientation`` puts another place behind the hole: an angle to the right, or three, to the right, up and clockwise,
-# in radians.
+# ``orientation`` puts another place behind the hole. It is one angle, to the right, or three, to the right, up and
+# clockwise, in radians.
 
 turned = kc.skies.Panorama(light, orientation=np.radians(90.0))
 camera = kc.Camera(spin=0.9, radius=100.0)
@@ -85,5 +84,5 @@ plt.show()
 #     mirror = false
 #     orientation_deg = 90   # or [90, 0, 0]: to the right, up, clockwise
 #
-# Panoramas of 4096 by 2048 pixels and more are best: near the hole a part of the sky is magnified. FITS and HEALPix
-# files are read, too: `Units, FITS and HEALPix <../units.html>`_.
+# Panoramas of 4096 by 2048 pixels or more are best: near the hole a part of the sky is magnified. FITS and HEALPix
+# files can be read, too: `Units, FITS and HEALPix <../units.html>`_.

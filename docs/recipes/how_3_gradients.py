@@ -2,7 +2,7 @@
 Take gradients
 ==============
 
-**Goal:** to know how what is seen changes with spin, place and source, and to fit these to what was seen. There are two
+**Goal:** to find how the view changes with spin, place and source, and to fit these to observations. There are two
 ways: derivatives of results, which are ready numbers with errors, and functions for ``jax.grad``, ``jax.jit`` and
 ``jax.vmap``.
 """
@@ -32,13 +32,13 @@ for number in range(len(images)):
 # Functions for jit, vmap and grad
 # --------------------------------
 #
-# ``kc.functional.direction`` is one line of sight as a pure function: spin, radius, inclination and a direction of
-# the camera's sky in, the place on the celestial sphere out. ``jit`` compiles it, ``vmap`` maps it over arrays,
-# ``grad`` and ``jacfwd`` differentiate it, together and as often as wanted. ``jax_enable_x64`` keeps JAX from
-# rounding arguments to seven digits.
+# ``kc.functional.direction`` is one line of sight as a pure function: it takes spin, radius, inclination and a
+# direction on the camera's sky, and returns the place on the celestial sphere. ``jit`` compiles it, ``vmap`` maps it
+# over arrays, ``grad`` and ``jacfwd`` differentiate it; they can be combined and repeated. ``jax_enable_x64`` keeps JAX
+# from rounding arguments to seven digits.
 #
-# Here are twelve lines of sight of a camera at r = 10, with the places on the celestial sphere that they were seen to
-# come from. Which spin and which inclination? Newton's method knows after a few steps.
+# Here are twelve lines of sight of a camera at r = 10, with the places on the celestial sphere from which they were
+# seen to come. Which spin and inclination fit them? Newton's method finds out in a few steps.
 
 import jax
 import jax.numpy as jnp
@@ -77,10 +77,10 @@ plt.show()
 # What to look at
 # ---------------
 #
-# At the end the number of right digits doubles from step to step, down to round-off: that happens only with gradients
-# that are right. Differences of two calls in place of the gradient would stop halfway.
+# At the end the number of correct digits doubles from step to step, down to round-off: this happens only with correct
+# gradients. With differences of two calls in place of the gradient, it would stop halfway.
 #
-# ``direction`` is that of one line of sight, to the celestial sphere; one that is captured is ``nan``, and so is its
-# gradient. Searches for images and caustics are not differentiated. ``kc.functional.images`` follows images that were
-# found, ``event_time`` is the time at which a star meets a caustic, and ``magnification`` the light of a disc, through
-# caustics too. More is in the `Python reference <../api.html#derivatives>`_.
+# ``direction`` follows one line of sight to the celestial sphere; if the line is captured, the result is ``nan``, and
+# so is its gradient. Searches for images and caustics are not differentiated. ``kc.functional.images`` follows images
+# already found, ``event_time`` is the time at which a star meets a caustic, and ``magnification`` the light of a disc,
+# through caustics too. More is in the `Python reference <../api.html#derivatives>`_.

@@ -3,28 +3,28 @@ Remake a figure of the paper
 ============================
 
 **Goal:** a figure of JTFT (James, von Tunzelmann, Franklin & Thorne 2015), as it is and with another hole, in a form
-that a journal prints.
+that a journal can print.
 """
 
 # %%
 # As it is
 # --------
 #
-# `Figures of the paper <../figures_of_the_paper.html>`_ says which script remakes which figure. One of them, by its
+# `Figures of the paper <../figures_of_the_paper.html>`_ lists the script for each figure. To make one of them, by its
 # name, as PNG and PDF:
 #
 # .. code-block:: text
 #
 #     kerrcaustics figures caustics_near_the_hole --output .
 #
-# The scripts are short. To change one, copy it from ``figures/`` of a checkout.
+# The scripts are short. To change one, copy it from ``figures/`` in a checkout.
 #
 # With numbers of your own
 # ------------------------
 #
-# Figure 9 shows a critical curve and its caustic at r = 2.6, with letters at points that belong together. Here it is
-# for a spin of 0.9. ``style.RC`` are the fonts and lines of the project's own figures; ``PAGE_WIDTH`` is as wide as a
-# page of a journal.
+# Figure 9 shows a critical curve and its caustic at r = 2.6, with letters at corresponding points. Here it is
+# for a spin of 0.9. ``style.RC`` sets the fonts and lines of the project's own figures; ``PAGE_WIDTH`` is the width of
+# a journal page.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -49,9 +49,9 @@ plt.show()
 # What to look at
 # ---------------
 #
-# In (a) the critical curves crowd toward the shadow, the more the higher their order. The four tips of (b) are cusps,
-# lettered along the curve; the long one points back along the way in which the hole drags the light. The numbers for
-# a caption or a table, with errors:
+# In (a) the critical curves crowd toward the shadow, more so at higher order. The four tips of (b) are cusps,
+# lettered along the curve; the long one points back along the direction in which the hole drags the light. Here are the
+# numbers for a caption or a table, with errors:
 
 for cusp in secondary.cusps:
     theta, phi = np.degrees(cusp.celestial)
@@ -61,4 +61,4 @@ print(f"error {np.degrees(secondary.error):.0e} deg, {secondary.circuits:.4f} ci
 
 # %%
 # ``figure.savefig("figure_9.pdf")`` writes a PDF, which stays sharp at any size; for a talk
-# ``figure.savefig("figure_9.png", dpi=200)``. Say in the caption which hole and which camera it is, and cite JTFT.
+# ``figure.savefig("figure_9.png", dpi=200)``. In the caption, name the hole and the camera, and cite JTFT.

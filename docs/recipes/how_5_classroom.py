@@ -9,10 +9,10 @@ Use it in a classroom
 # Before the hour
 # ---------------
 #
-# ``pip install '.[explore,notebook]'`` in a clone, and once ``kerrcaustics explore``: the first start compiles for
-# ten seconds to a minute. A class may share one: ``kerrcaustics explore --host`` (:doc:`../explore`). Without any
-# installation, `this page <../explorer.html>`_ is the explorer with a few cameras, from
-# a web server or a memory stick.
+# Run ``pip install '.[explore,notebook]'`` in a clone, and ``kerrcaustics explore`` once: the first start compiles for
+# ten seconds to a minute. A class can share one explorer: ``kerrcaustics explore --host`` (:doc:`../explore`).
+# `This page <../explorer.html>`_ is the explorer with a few cameras; it needs no installation, and runs from a web
+# server or a memory stick.
 #
 # An hour
 # -------
@@ -29,8 +29,8 @@ Use it in a classroom
 # -------------
 #
 # A picture for the board: the secondary caustic, and five places for a star. How many images of index 0 and 1 does the
-# camera see of each? (The words are in the :doc:`glossary <../glossary>`. The primary caustic is tiny, and lies to the
-# side of all of them.)
+# camera see of each? (The terms are in the :doc:`glossary <../glossary>`. The primary caustic is tiny, and lies to the
+# side of all five places.)
 
 import math
 
@@ -61,8 +61,8 @@ for name, (theta, phi) in places.items():
 # What to look at
 # ---------------
 #
-# Outside there are two: one that is not mirrored, of index 0, and one that is, of index 1. Inside there is a third.
-# It was born together with a partner of index 2, on the other side of the same critical curve: the number of all
-# images changes by two, never by one. (With ``max_index=2`` the partner is counted as well, and so are images that
-# belong to the tertiary caustic.) Star 4 is a good one to argue about. *Certified* means that the number was also
-# counted in another way, by how often the caustics wind round the star, without looking for images.
+# Outside the caustic there are two images: one of index 0, which is not mirrored, and one of index 1, which is. Inside
+# there is a third. It was born together with a partner of index 2, on the other side of the same critical curve: the
+# number of all images changes by two, never by one. (With ``max_index=2`` the partner is counted as well, and so are
+# images that belong to the tertiary caustic.) Star 4 is a good one to argue about. *Certified* means that the images
+# were also counted in another way, by how often the caustics wind round the star, without looking for images.

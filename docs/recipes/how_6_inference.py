@@ -4,7 +4,8 @@ Infer the spin from a light curve
 
 **Goal:** to learn spin, inclination and the orbit of a star from the light of its two brightest images, with error
 bars, in three ways: by least squares, with `NumPyro <https://num.pyro.ai>`__, and by a forecast before anything is
-measured. It needs ``pip install "kerrcaustics[inference]"``, and runs for some five minutes, half of which compile.
+measured. It needs ``pip install "kerrcaustics[inference]"``, and runs for about five minutes, half of which is
+compilation.
 """
 
 # %%
@@ -13,8 +14,8 @@ measured. It needs ``pip install "kerrcaustics[inference]"``, and runs for some 
 #
 # A star far away passes behind a hole, at a constant polar angle. A camera at r = 6 takes eight exposures, and sees the
 # star's primary image (index 0) and its secondary image (index 1) apart from each other, each with an error of 0.1 %.
-# Five numbers are not known: spin, inclination, the star's polar angle, its speed in azimuth, and the time at which it
-# has the azimuth 3.
+# Five numbers are unknown: spin, inclination, the star's polar angle, its speed in azimuth, and the time at which its
+# azimuth is 3.
 
 import jax
 import jax.numpy as jnp
@@ -63,14 +64,14 @@ noise = np.random.default_rng(7).normal(size=exact.shape)
 seen = exact * (1 + ERROR * noise)
 
 # %%
-# ``images`` follows each image from a direction that is near to it. Here the directions are those of the true
-# parameters; a real study begins with a rough search by ``star_images``, and takes new directions when it has moved
-# far.
+# ``images`` follows each image from a nearby direction. Here the directions are those of the true
+# parameters; a real study begins with a rough search by ``star_images``, and takes new directions when the fit has
+# moved far.
 #
 # Least squares
 # -------------
 #
-# The derivatives are exact, so a few steps are enough from a start that is 3 % off. The inverse of the normal matrix
+# The derivatives are exact, so a few steps are enough from a start 3 % off. The inverse of the normal matrix
 # is the covariance of the five numbers.
 
 
@@ -93,9 +94,9 @@ print(f"chi square {2 * fit.cost:.1f} for {len(seen) - 5} degrees of freedom; {f
 # A posterior with NumPyro
 # ------------------------
 #
-# The same residuals are the log-likelihood. The sampler moves in coordinates in which the fit's covariance is a unit
+# The same residuals give the log-likelihood. The sampler moves in coordinates in which the fit's covariance is the unit
 # matrix, so that its first steps have the right length; the priors are flat, within ten deviations of the fit. Spins of
-# 1 and more are outside.
+# 1 and more are excluded.
 
 import numpyro
 import numpyro.distributions as dist
@@ -134,7 +135,7 @@ for number, name in enumerate(NAMES):
 # --------------------------------------
 #
 # A forecast needs no data: the derivatives at the assumed parameters say how well they could be known (Fisher). Later
-# on its way the star meets a caustic of order 2, where the images of index 1 and 2 merge. ``event_time`` gives the
+# on its path the star meets a caustic of order 2, where the images of index 1 and 2 merge. ``event_time`` gives the
 # moment, with derivatives. How much better is the spin known if that moment is measured to 0.001?
 
 camera = kc.Camera(TRUTH[0], RADIUS, TRUTH[1], velocity="fiducial")
@@ -144,7 +145,7 @@ print(event.kind, f"at the star's azimuth {event.longitude:.4f}, time {about:.4f
 
 
 def crossing(parameters):
-    """Time at which the star meets the caustic, from the time at which it does for the true parameters."""
+    """Time at which the star meets the caustic, starting from the time for the true parameters."""
     path = jnp.stack([places(parameters, jnp.asarray(about)), jnp.stack([0.0, parameters[3]])])
     return kc.functional.event_time(parameters[0], RADIUS, parameters[1], path, event.sky)
 
@@ -180,7 +181,7 @@ plt.show()
 # Look at
 # -------
 #
-# * Least squares and the posterior agree within a part of a deviation: with errors of 0.1 % the model is almost linear.
-#   (150 samples are few. A study takes more, and more than one chain.)
+# * Least squares and the posterior agree within a fraction of a standard deviation: with errors of 0.1 % the model is
+#   almost linear. (150 samples are few. A study takes more, and more than one chain.)
 # * Spin and inclination are tied to each other: their ellipse is long and thin.
-# * The moment at which the caustic is crossed is one number more, and the ellipse becomes much smaller.
+# * The moment of the caustic crossing is one more number, and makes the ellipse much smaller.

@@ -116,31 +116,33 @@ TERMS = {
     "caustic": "The line on the celestial sphere that is seen along a critical curve: where the sheet of directions "
     "is folded. A star that crosses it gains or loses two images.",
     "celestial sphere": "The sphere of all directions far from the hole, where stars are.",
-    "certified": "Said of images: as many were found as there must be, by an independent count.",
-    "circuits": "How often a caustic runs round the celestial sphere.",
+    "certified": "Said of images: the number found equals the number given by an independent count.",
+    "circuits": "The number of times a caustic runs round the celestial sphere.",
     "critical curve": "The line on the camera sky along which beams are squeezed to a line. Pairs of images are born "
     "on it. Its image on the celestial sphere is the caustic.",
-    "cusp": "A sharp tip of a caustic. A star that passes through it loses or gains two images where a third one is.",
+    "cusp": "A sharp tip of a caustic. A star that passes through it loses or gains two images at the place of a "
+    "third.",
     "error": "How far a number may be from the true one: an estimate, which tests compare with the true error.",
     "image": "A direction in which a camera sees a star. There are infinitely many, most of them faint and next to "
     "the shadow.",
     "inclination": "The angle between the spin axis and the direction from the hole to the camera: 90° on the equator.",
     "magnification": "How much brighter an image is than the star would be without a hole.",
-    "Morse index": "How often a beam was squeezed to a line on its way: 0 for light that passes far from the hole. It "
-    "sorts images.",
-    "order": "Of a critical curve or caustic: 1 is primary, the outermost; 2 secondary; 3 tertiary; and on, ever "
+    "Morse index": "The number of times a beam is squeezed to a line on its way: 0 for light that passes far from the "
+    "hole. It sorts images.",
+    "order": "Of a critical curve or caustic: 1 is primary, the outermost; 2 secondary; 3 tertiary; and so on, ever "
     "closer to the shadow.",
     "parity": "+1 for an image like the star, −1 for a mirror image. The two images of a pair have opposite parities.",
-    "radius": "The distance from the hole, in units of its mass: the circumference of a circle there over 2π, where "
-    "the hole has no spin.",
-    "redshift": "The frequency that the camera sees over that of the source: below 1 redder, above 1 bluer.",
+    "radius": "The distance from the hole, in units of its mass. For a hole without spin, it is the circumference of a "
+    "circle there divided by 2π.",
+    "redshift": "The frequency seen by the camera divided by that of the source: below 1 redder, above 1 bluer.",
     "shadow": "The directions from which no light comes: rays there, followed backward, fall into the hole.",
     "spin": "A hole has a mass, in which all lengths and times are measured, and a spin from 0 to just below 1, with "
     "which it drags space round.",
-    "track": "The way of an image over the camera sky while the camera goes round.",
+    "track": "The path of an image across the camera sky while the camera goes round the hole.",
     "velocity": "Of a camera: circular, on a free circular orbit on the equator; fiducial, at rest as far as the "
-    "spinning space lets it; static, at rest against the stars.",
-    "winding": "How often a caustic runs round a star. It gives the number of a star's images without a search.",
+    "spinning space allows; static, at rest relative to the stars.",
+    "winding": "The number of times a caustic runs round a star. It gives the number of a star's images without a "
+    "search.",
 }
 """Words with a meaning of their own, as the glossary has them."""
 
