@@ -8,6 +8,7 @@ from PIL import Image
 
 import kerrcaustics as kc
 from kerrcaustics.beams.emitters import EMITTERS, redshift
+from kerrcaustics.scenes.coons_patches import doubt, weights
 from kerrcaustics.scenes.disk.disk import disk_about
 from kerrcaustics.scenes.disk.emission import page_thorne_flux
 from kerrcaustics.scenes.disk.flat import render_flat
@@ -15,7 +16,6 @@ from kerrcaustics.scenes.disk.lighting import covered_part
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.disk.spots import quadratic_trace
 from kerrcaustics.scenes.disk.turned import turned_disk
-from kerrcaustics.scenes.patches import doubt, weights
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.frame import photon_of, redshift as sky_redshift
 

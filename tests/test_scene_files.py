@@ -20,7 +20,7 @@ from scipy.integrate import solve_ivp
 import kerrcaustics as kc
 from kerrcaustics.draw.palettes import INDEX_ON_BLACK
 from kerrcaustics.orbits.geodesics import circular_velocity, free_fall
-from kerrcaustics.orbits.places import fido_velocity
+from kerrcaustics.orbits.moving_place import fido_velocity
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scene_files import contents, renderer, scene_file
 from kerrcaustics.scene_files.expressions import Moment, formula

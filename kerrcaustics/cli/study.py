@@ -84,7 +84,7 @@ def report(
     output
         The page.
     run
-        First run the studies that are missing, one after the other, into FOLDER/study-NAME: some 25 minutes for
+        First run the studies that are missing, one after the other, into FOLDER/study-NAME: some 40 minutes for
         all of them. One that fails is reported, and the page is made without it; the exit status is 1.
     """
     from importlib.metadata import version

@@ -16,7 +16,7 @@ from jaxtyping import Float
 from scipy.integrate import DenseOutput
 from scipy.optimize import brentq
 
-from kerrcaustics.orbits.places import Place
+from kerrcaustics.orbits.moving_place import Place
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
 

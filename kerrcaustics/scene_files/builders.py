@@ -14,7 +14,6 @@ from kerrcaustics.scene_files import contents as tables
 from kerrcaustics.scene_files.validation import about, reject
 from kerrcaustics.scenes.catalogue import hipparcos, merged_catalogues, tilted_galaxy, tycho2
 from kerrcaustics.scenes.checkerboard import Checkerboard
-from kerrcaustics.scenes.checks import check_above_horizon, check_rims
 from kerrcaustics.scenes.colour import MeasuredResponse, ResponseLike
 from kerrcaustics.scenes.disk.disk import Disk, inner_rim
 from kerrcaustics.scenes.disk.emission import BlackBody, PageThorne, PowerLaw, Swatches, Texture
@@ -25,6 +24,7 @@ from kerrcaustics.scenes.disk.wisps import Wisps
 from kerrcaustics.scenes.flare import glare_kernel, with_glare
 from kerrcaustics.scenes.panorama import Panorama, oriented, read_picture
 from kerrcaustics.scenes.render import Sky
+from kerrcaustics.scenes.scene_checks import check_above_horizon, check_rims
 from kerrcaustics.scenes.seen_sky import sky_end
 from kerrcaustics.scenes.star_field import StarField
 from kerrcaustics.spacetime.viewer import Viewer

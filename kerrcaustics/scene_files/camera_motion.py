@@ -11,7 +11,7 @@ from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
 from kerrcaustics.files import read_text
-from kerrcaustics.orbits.places import Place
+from kerrcaustics.orbits.moving_place import Place
 from kerrcaustics.scene_files.expressions import Dual, Formula, Moment
 
 Array = np.ndarray

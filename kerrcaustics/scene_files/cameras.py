@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from kerrcaustics.orbits.geodesics import Geodesic, circular_velocity, free_fall
-from kerrcaustics.orbits.places import Place, fido_velocity, phi_rate
+from kerrcaustics.orbits.moving_place import Place, fido_velocity, phi_rate
 from kerrcaustics.scene_files.camera_motion import (
     PLACE_NAMES,
     Formulated,

@@ -14,7 +14,7 @@ from scipy.spatial import KDTree
 from kerrcaustics.extras import needed
 from kerrcaustics.files import reading
 from kerrcaustics.results.declared import Shown
-from kerrcaustics.scenes.checks import check_number
+from kerrcaustics.scenes.scene_checks import check_number
 from kerrcaustics.spacetime.checks import instance_of, quoted, real_array
 from kerrcaustics.spacetime.sphere import from_angles
 

@@ -8,9 +8,9 @@ from typing import Any, Literal, get_args
 import numpy as np
 from jaxtyping import Bool, Float
 
-from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.colour import from_srgb, shifted_light
 from kerrcaustics.scenes.footprint import DEVIATION, Footprint, averaged
+from kerrcaustics.scenes.scene_checks import check_number
 from kerrcaustics.spacetime.checks import one_of, quoted, whole_number
 
 Array = np.ndarray

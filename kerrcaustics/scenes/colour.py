@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.files import read_text
 from kerrcaustics.results.declared import usual_warnings
-from kerrcaustics.scenes.checks import check_light, check_number
+from kerrcaustics.scenes.scene_checks import check_light, check_number
 from kerrcaustics.spacetime.checks import one_of, quoted, real_array
 
 Array = np.ndarray

@@ -14,9 +14,9 @@ from scipy.spatial.transform import Rotation
 from kerrcaustics.astronomy import healpix, plate_carree
 from kerrcaustics.extras import needed
 from kerrcaustics.files import check_path, reading
-from kerrcaustics.scenes.checks import check_brightness, check_light, check_number
 from kerrcaustics.scenes.colour import decoded, shift_of
 from kerrcaustics.scenes.footprint import ASPECT, Footprint, averaged
+from kerrcaustics.scenes.scene_checks import check_brightness, check_light, check_number
 from kerrcaustics.spacetime.checks import quoted, real_array
 from kerrcaustics.spacetime.sphere import from_angles
 

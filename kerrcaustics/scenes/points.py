@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 from scipy.spatial import KDTree
 
 from kerrcaustics.scenes.colour import ResponseLike
+from kerrcaustics.scenes.coons_patches import weights_at
 from kerrcaustics.scenes.footprint import bend, major_axis, turned
-from kerrcaustics.scenes.patches import weights_at
 from kerrcaustics.scenes.quadtree import in_chunks
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_cells import SkyCells

@@ -6,7 +6,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 import numpy as np
 from jaxtyping import Bool, Int
 
-from kerrcaustics.scenes.patches import CORNERS
+from kerrcaustics.scenes.coons_patches import CORNERS
 
 Array = np.ndarray
 CornerSet = TypeVar("CornerSet", bound=tuple[Any, ...])

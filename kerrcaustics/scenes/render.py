@@ -13,7 +13,6 @@ from kerrcaustics.choices import Quality, ShutterShape
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.results.stages import stage, with_stages
-from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.disk.crossings import DiskCells, DiskCrossings, Lattice, covered, crossings
 from kerrcaustics.scenes.disk.disk import Disk, disk_about
 from kerrcaustics.scenes.disk.lighting import Looks, lit
@@ -23,6 +22,7 @@ from kerrcaustics.scenes.motion import Exposure, ShutterMotion, ShutterWeight
 from kerrcaustics.scenes.motion_blur import Matter, blurred_matter, blurred_sky
 from kerrcaustics.scenes.points import PointLights, drawn
 from kerrcaustics.scenes.raster import Raster, check_picture
+from kerrcaustics.scenes.scene_checks import check_number
 from kerrcaustics.scenes.seen_sky import seen_sky, sky_end
 from kerrcaustics.scenes.sky_cells import SkyCells
 from kerrcaustics.scenes.sky_light import Parts, Shifts, Sky, check_sky, sky_light

@@ -6,12 +6,12 @@ import numpy as np
 
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
-from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.disk.march import Marching
 from kerrcaustics.scenes.disk.veil import step_error, veil_of
 from kerrcaustics.scenes.disk.volume import Volume
 from kerrcaustics.scenes.raster import Raster, check_picture
 from kerrcaustics.scenes.render import Sky, render
+from kerrcaustics.scenes.scene_checks import check_number
 from kerrcaustics.scenes.sky_light import check_sky
 from kerrcaustics.spacetime.checks import instance_of
 from kerrcaustics.spacetime.viewer import Viewer

@@ -16,9 +16,9 @@ from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.colour import shifted_light
+from kerrcaustics.scenes.coons_patches import weights
 from kerrcaustics.scenes.footprint import ASPECT, Footprint, singular_values
 from kerrcaustics.scenes.motion import BOX, ShutterWeight
-from kerrcaustics.scenes.patches import weights
 from kerrcaustics.scenes.points import PointLights, drawn, moved
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_cells import PARTS, Pixels, SkyCells, parts_of, places, turning

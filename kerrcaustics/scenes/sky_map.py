@@ -19,9 +19,9 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.trace import cores, trace_beams, trace_rays
+from kerrcaustics.scenes.coons_patches import doubts, weights
 from kerrcaustics.scenes.footprint import pixel_matrix, turned
 from kerrcaustics.scenes.motion import ExposedMoment, Exposure
-from kerrcaustics.scenes.patches import doubts, weights
 from kerrcaustics.scenes.quadtree import Division, Level, Squares, joined
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_cells import PARTS, WIDE, CellScale, SkyCells, extent_of, parts_for

@@ -10,11 +10,11 @@ from jaxtyping import Float
 
 from kerrcaustics.results.declared import Shown
 from kerrcaustics.scenes.catalogue import StarCatalogue, galactic_axes, hipparcos, tilted_galaxy
-from kerrcaustics.scenes.checks import check_number, not_negative
 from kerrcaustics.scenes.colour import DAYLIGHT, ResponseLike, black_body, luminance, star_temperature
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.panorama import Panorama, rotation
 from kerrcaustics.scenes.points import PointLights
+from kerrcaustics.scenes.scene_checks import check_number, not_negative
 from kerrcaustics.scenes.sky_light import Sky
 from kerrcaustics.spacetime.checks import instance_of, quoted
 from kerrcaustics.spacetime.sphere import from_angles

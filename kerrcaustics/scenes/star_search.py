@@ -18,9 +18,9 @@ from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.lens_map.newton import find_roots
+from kerrcaustics.scenes.coons_patches import CORNERS
 from kerrcaustics.scenes.footprint import turned
 from kerrcaustics.scenes.motion import Exposure
-from kerrcaustics.scenes.patches import CORNERS
 from kerrcaustics.scenes.points import CellSearch, Imaged, PointLights, moved, once
 from kerrcaustics.scenes.quadtree import fill
 from kerrcaustics.scenes.raster import Raster

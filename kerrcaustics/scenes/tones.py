@@ -9,8 +9,8 @@ from jaxtyping import Float, UInt8
 from numpy.typing import ArrayLike
 
 from kerrcaustics.results.declared import usual_warnings
-from kerrcaustics.scenes.checks import check_number, positive
 from kerrcaustics.scenes.colour import encoded, luminance
+from kerrcaustics.scenes.scene_checks import check_number, positive
 from kerrcaustics.spacetime.checks import one_of, quoted, real_array
 
 Array = np.ndarray

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.points import PointLights
+from kerrcaustics.scenes.scene_checks import check_number
 from kerrcaustics.scenes.sky_light import Sky, check_sky
 
 Array = np.ndarray

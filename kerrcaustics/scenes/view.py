@@ -8,8 +8,8 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.results.declared import quantity, result
-from kerrcaustics.scenes.checks import check_number, positive
 from kerrcaustics.scenes.raster import Raster, unit_vector
+from kerrcaustics.scenes.scene_checks import check_number, positive
 from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.checks import if_degrees, one_of
 from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge

@@ -17,8 +17,8 @@ from jaxtyping import Bool, Float, Int
 from kerrcaustics.beams.beam import Rays, Status
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import trace_beams, trace_rays
+from kerrcaustics.scenes.coons_patches import doubt
 from kerrcaustics.scenes.footprint import pixel_matrix
-from kerrcaustics.scenes.patches import doubt
 from kerrcaustics.scenes.quadtree import Division, Level, Squares, fill, find, joined, merged
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.spacetime.frame import photon_of, redshift as sky_redshift

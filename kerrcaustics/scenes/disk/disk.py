@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.beams.emitters import EMITTERS
-from kerrcaustics.scenes.checks import check_above_horizon, check_brightness, check_number, check_rims, positive
 from kerrcaustics.scenes.disk.emission import AlphaOpacity, Texture
 from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
+from kerrcaustics.scenes.scene_checks import check_above_horizon, check_brightness, check_number, check_rims, positive
 from kerrcaustics.spacetime.checks import one_of, quoted
 from kerrcaustics.spacetime.kerr import isco
 from kerrcaustics.spacetime.viewer import Viewer

@@ -13,10 +13,10 @@ from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
 from kerrcaustics.scenes.checkerboard import COLOURS, DARKER, GAP_COLOUR, check_pattern, mixed
-from kerrcaustics.scenes.checks import check_light, check_number, positive
 from kerrcaustics.scenes.colour import ResponseLike, check_response, from_srgb, seen_black_body, shifted_light
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.panorama import read_picture_with_alpha
+from kerrcaustics.scenes.scene_checks import check_light, check_number, positive
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import real_array
 

@@ -15,11 +15,11 @@ from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.emitters import EMITTERS, redshift
 from kerrcaustics.beams.trace import cores
+from kerrcaustics.scenes.coons_patches import Weights, weights
 from kerrcaustics.scenes.disk.crossings import FINEST, LARGEST, DiskCells
 from kerrcaustics.scenes.disk.disk import OPPOSITE, Disk, orbital
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.disk.veil import Veil
-from kerrcaustics.scenes.patches import Weights, weights
 from kerrcaustics.scenes.quadtree import in_chunks
 
 Array = np.ndarray

@@ -17,9 +17,9 @@ from scipy.spatial import KDTree
 from scipy.special import ndtr
 
 from kerrcaustics.orbits.spherical_orbits import SphericalOrbits, spherical_constants
-from kerrcaustics.scenes.checks import check_number, not_negative, positive
 from kerrcaustics.scenes.colour import ResponseLike, check_response
 from kerrcaustics.scenes.disk.spots import FADES
+from kerrcaustics.scenes.scene_checks import check_number, not_negative, positive
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import numbers, one_of
 

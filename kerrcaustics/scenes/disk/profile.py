@@ -12,10 +12,10 @@ from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.lens_map.domains import Ring
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
-from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.disk.disk import MOTIONS
 from kerrcaustics.scenes.disk.lighting import covered_part
 from kerrcaustics.scenes.disk.ring_images import ring_images
+from kerrcaustics.scenes.scene_checks import check_number
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, whole_number
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer

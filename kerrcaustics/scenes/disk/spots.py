@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.special import ndtr
 
-from kerrcaustics.scenes.checks import check_number, not_negative, positive
 from kerrcaustics.scenes.colour import ResponseLike, check_response, seen_black_body
 from kerrcaustics.scenes.disk.samples import DiskSamples
+from kerrcaustics.scenes.scene_checks import check_number, not_negative, positive
 from kerrcaustics.spacetime.checks import numbers, one_of
 
 Array = np.ndarray

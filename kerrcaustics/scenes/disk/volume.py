@@ -10,7 +10,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from kerrcaustics.scenes.checks import (
+from kerrcaustics.scenes.colour import ResponseLike, check_response
+from kerrcaustics.scenes.scene_checks import (
     check_above_horizon,
     check_brightness,
     check_light,
@@ -19,7 +20,6 @@ from kerrcaustics.scenes.checks import (
     not_negative,
     positive,
 )
-from kerrcaustics.scenes.colour import ResponseLike, check_response
 from kerrcaustics.spacetime.checks import numbers, quoted
 
 Array = np.ndarray

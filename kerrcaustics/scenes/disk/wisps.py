@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from kerrcaustics.scenes.checks import check_number
 from kerrcaustics.scenes.colour import ResponseLike, black_body, shifted_light
 from kerrcaustics.scenes.disk.emission import BlackBody, Texture, bilinear
 from kerrcaustics.scenes.disk.samples import DiskSamples
+from kerrcaustics.scenes.scene_checks import check_number
 from kerrcaustics.spacetime.checks import quoted, real_number, whole_number
 
 Array = np.ndarray
