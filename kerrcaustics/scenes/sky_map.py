@@ -1,7 +1,7 @@
 """The map of a picture to the celestial sphere, or to one of finite radius: n' of every pixel, from few beams.
 
 Away from the shadow edge n' is a smooth function of the place on the picture. So beams are traced at the corners of
-square cells, and patches.py joins them. Rays check the patch of each cell; cells that are off are
+square cells, and coons_patches.py joins them. Rays check the patch of each cell; cells that are off are
 divided, down to single pixels. Pixels on the shadow edge, and the few next to it where no patch is good, are left over.
 
 While the camera moves, n' of a cell moves straight on: what does not, and what the shadow edge passes over, is divided.

@@ -1,8 +1,8 @@
 """The map of a picture to the equatorial plane: the n-th crossing of every ray, from few beams.
 
 Over a picture the radius, the azimuth and the travel time of the n-th crossing are smooth functions, also across the
-shadow edge. So beams are traced at the corners of square cells, and patches.py joins them. Cells are halved where the
-patch may be off by a hundredth of a pixel, and where some of the corners' rays no longer cross, down to a
+shadow edge. So beams are traced at the corners of square cells, and coons_patches.py joins them. Cells are halved where
+the patch may be off by a hundredth of a pixel, and where some of the corners' rays no longer cross, down to a
 sixteenth of a pixel: so images of the disk that are thinner than a pixel are found too. Cells that see nothing between
 the rims are left out.
 """
