@@ -1,4 +1,4 @@
-"""Cells of a picture's map to the celestial sphere: square ones, with n' joined by coons_patches.py, and their pixels."""
+"""Cells of a picture's map to the celestial sphere, with n' joined by coons_patches.py, and their pixels."""
 
 from collections.abc import Iterator
 from typing import Any, NamedTuple
