@@ -55,7 +55,7 @@ class Rays(Shown):
     azimuth_error: np.ndarray = quantity(
         "ray...",
         "rad",
-        "estimated error of azimuth, infinite where it is known modulo 2 pi alone (rays that pass the spin axis within "
+        "estimated error of azimuth, infinite where it is known only modulo 2 pi (rays that pass the spin axis within "
         "round-off) or not at all (ends that may lie on the axis)",
         json="azimuth_error_rad",
     )
@@ -69,15 +69,15 @@ class Rays(Shown):
         "estimated error of n', and for an end in the equatorial plane also that of ln r",
         json="error_rad",
     )
-    engine: str = quantity("", "", "the ones that traced the rays, in words")
-    closed_form: np.ndarray = quantity("ray...", "1", "True where it was the closed form")
+    engine: str = quantity("", "", "engines that traced the rays, in words")
+    closed_form: np.ndarray = quantity("ray...", "1", "True where the closed form was used")
     radius: np.ndarray = quantity("ray...", "GM/c^2", "radius of the end, infinite on the celestial sphere")
-    outward: np.ndarray = quantity("ray...", "1", "whether it moves outward at its end, followed backward")
+    outward: np.ndarray = quantity("ray...", "1", "True if the ray, followed backward, moves outward at its end")
     time: np.ndarray | None = quantity(
         "ray...",
         "GM/c^3",
-        "coordinate time from the end to the camera, or for ends at infinity the limit of t - r - 2 ln r; to an "
-        "Observer less r + 2 ln r of the observer",
+        "coordinate time from the end to the camera, or for ends at infinity the limit of t - r - 2 ln r; for an "
+        "Observer, minus r + 2 ln r of the observer",
         default=None,
     )
     time_error: np.ndarray | None = quantity("ray...", "GM/c^3", "estimated error of time", default=None)
@@ -91,8 +91,8 @@ class Rays(Shown):
     impact: np.ndarray | None = quantity(
         "ray...",
         "GM/c^2",
-        "axial angular momentum b of the light per energy at infinity, of captured rays too; NaN where that energy is "
-        "not positive",
+        "axial angular momentum b of the light per energy at infinity, also of captured rays; NaN where that energy "
+        "is not positive",
         default=None,
     )
     impact_error: np.ndarray | None = quantity("ray...", "GM/c^2", "estimated error of impact", default=None)
@@ -174,15 +174,15 @@ class Ellipses(Shown):
         return _position_angle(*_rotations(self.jacobian))
 
     def from_ellipse(self, ratio: ArrayLike, angle: ArrayLike) -> Ellipse:
-        """The ellipses that beams have become which are ellipses at the camera.
+        """The ellipses at the ends of beams that are ellipses at the camera.
 
         Parameters
         ----------
         ratio : (...,) array
-            Ratio of the diameters at the camera, 0 to 1; the major one is the unit.
+            Ratio of the diameters at the camera, 0 to 1; the major diameter is 1.
         angle : (...,) array
-            Angle in radians on the camera sky from the first to the second of the directions to which the columns of
-            `jacobian` belong: to the major axis.
+            Angle of the major axis on the camera sky, in radians, from the direction of the first column of `jacobian`
+            toward that of the second.
 
         Returns
         -------

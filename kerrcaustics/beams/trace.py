@@ -59,22 +59,22 @@ def trace_rays(
     ----------
     camera : Camera or Observer
     sky : (..., 3) array
-        Unit vectors N on the camera sky, in the camera basis. They are normalised here. Of an Observer (..., 2), places
-        (alpha, beta).
+        Unit vectors N on the camera sky, in the camera basis. They are normalised here. For an Observer (..., 2),
+        places (alpha, beta).
     engine : str
-        "closed-form", elliptic functions, with the integrator where those do not hold; "integrated"; or "auto", which
-        is the closed form with the integrator where that is more accurate.
+        "closed-form", elliptic functions, with the integrator where those do not apply; "integrated"; or "auto", the
+        closed form with the integrator where that is more accurate.
     tolerance : float
-        Largest error of n' in radians, 1e-14 to 1e-2; and of the time, relative to it if it is more than 1.
+        Largest error of n' in radians, 1e-14 to 1e-2; and of the time, relative to the time if it is more than 1.
     end : float or EquatorialPlane
         End of rays: math.inf is the celestial sphere, a number outside the horizon the first arrival at that
         radius, an `EquatorialPlane` its n-th crossing.
     time, redshift : bool
-        True to compute the coordinate time along the ray, the frequency ratio: others cost nothing and are None in
-        the result.
+        True to compute the coordinate time along the ray or the frequency ratio; quantities not requested cost nothing
+        and are None in the result.
     constants, emission : bool
-        True to compute the constants b and q of the light, `Rays.impact` and `Rays.carter`; the slant at which it
-        leaves the surface of the end, `Rays.emission_cosine`.
+        True to compute the constants b and q of the light (`Rays.impact` and `Rays.carter`), or the slant at which it
+        leaves the surface of the end (`Rays.emission_cosine`).
 
     Returns
     -------
@@ -122,14 +122,14 @@ def trace_beams(
     constants: bool = False,
     emission: bool = False,
 ) -> Beams:
-    """Trace rays with the ellipse that each makes of a small circular beam.
+    """Trace rays, each with the ellipse into which it maps a small circular beam.
 
     Parameters
     ----------
     camera, sky, engine, tolerance, end, time, redshift, constants, emission
         As for `trace_rays`.
     index, crossings : bool
-        True to compute the Morse index, the equator crossings: others are None in the result.
+        True to compute the Morse index or the equator crossings; quantities not requested are None in the result.
 
     Returns
     -------
@@ -143,8 +143,8 @@ def trace_beams(
 
     Errors
     ------
-    `Beams.error` for the end point, `Beams.jacobian_error` for the ellipse; `Beams.from_ellipse` has those of beams
-    that are no circles at the camera.
+    `Beams.error` for the end point, `Beams.jacobian_error` for the ellipse; `Beams.from_ellipse` gives those of beams
+    that are not circular at the camera.
 
     References
     ----------

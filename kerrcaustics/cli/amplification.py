@@ -46,19 +46,19 @@ def amplification(
     Parameters
     ----------
     star
-        Its place: theta' from the spin axis and phi', degrees.
+        Place of the star: theta' from the spin axis and phi', degrees.
     frequency
-        Angular frequency times the mass, or a range LOW:HIGH or LOW:HIGH:COUNT with steps in proportion.
+        Angular frequency times the mass, or a range LOW:HIGH or LOW:HIGH:COUNT with logarithmic steps.
     source_radius
-        Radius of the star, in units of the mass; left out, it lies on the celestial sphere.
+        Radius of the sphere on which the star lies, in units of the mass; by default the celestial sphere.
     method
         auto, images, fold, cusp, ring or line.
     figure
-        Draw the modulus of the field against frequency into this file: .png, .pdf or .svg.
+        Save a plot of the modulus of the field against frequency to this file: .png, .pdf or .svg.
     table
-        Write the field at each frequency into this file: .csv, or .fits (needs astropy), which has the images too.
+        Write the field at each frequency to this file: .csv, or .fits (needs astropy), which also holds the images.
     save
-        Save everything into this file, to be loaded with kerrcaustics.load.
+        Save everything to this file, which kerrcaustics.load reads.
     """
     common.check({"--figure": figure, "--table": table, "--save": save})
     check_ending(figure)

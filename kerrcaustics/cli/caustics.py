@@ -55,17 +55,17 @@ def caustics(
     Parameters
     ----------
     orders
-        How many caustics: 1 primary, 2 secondary, 3 tertiary, and on.
+        Number of caustics: 1 primary, 2 secondary, 3 tertiary, and so on.
     engine
-        What traces the beams.
+        Engine that traces the beams.
     tolerance
-        Wanted error of a beam, radians.
+        Requested error of a beam, radians.
     figure
-        Draw them into this file: .png, .pdf or .svg.
+        Save a plot of the caustics to this file: .png, .pdf or .svg.
     save
-        Save everything into this file, to be loaded with kerrcaustics.load.
+        Save everything to this file, which kerrcaustics.load reads.
     points
-        Put the points of the curves into the JSON too.
+        Include the points of the curves in the JSON.
     """
     common.check({"--figure": figure, "--save": save})
     check_ending(figure)
@@ -99,7 +99,7 @@ def demo(*, output: FileName = Path("demo"), common: CommonOptions = COMMON) -> 
     Parameters
     ----------
     output
-        Folder for the pictures; it is made when missing.
+        Folder for the pictures; created if missing.
     """
     make_folder(output)
     pictures = [output / f"caustics_a{_DEMO_SPIN}_r{radius}.png" for radius in _DEMO_RADII]

@@ -84,21 +84,22 @@ def counts(
     star
         Count the images of one star at theta', phi', degrees.
     stars
-        Count those of many stars: a file with lines "theta,phi" in degrees; lines that begin with # are left out.
+        Count the images of many stars: a file of lines "theta,phi" in degrees; lines that begin with # are skipped.
     map_
         Count on a grid over the celestial sphere, by the winding of the caustics; with --plane over r and phi.
     circle
-        Find the images of a great circle, which are curves; given is its normal: theta', phi' in degrees.
+        Find the images (curves) of the great circle with this normal: theta', phi' in degrees.
     rows
-        With --map: cells from pole to pole; twice as many go round. In the plane: circles, of about a second each.
+        With --map: number of cells from pole to pole, with twice as many in phi'. In the plane: number of circles,
+        about one second each.
     line
-        With --circle: count the crossings with the line straight away from the shadow edge at this parameter, degrees:
-        0 at the prograde edge, 180 at the retrograde one.
+        With --circle: count the crossings with the line that runs straight away from the shadow edge at this parameter,
+        degrees: 0 at the prograde edge, 180 at the retrograde one.
     figure
-        With --map: draw the map with the caustics into this file: .png, .pdf or .svg. With --circle: its images, the
-        crossings with --line, and the circle among the caustics.
+        With --map: save the map with the caustics to this file: .png, .pdf or .svg. With --circle: save the images of
+        the circle, the crossings with --line, and the circle among the caustics.
     points
-        With --circle: put the points of the curves into the JSON too.
+        With --circle: include the points of the curves in the JSON.
     """
     kind = _one_kind({"--star": star, "--stars": stars, "--map": map_ or None, "--circle": circle})
     _only_with(kind, "--map", {"--rows": None if rows == _ROWS else rows})

@@ -104,10 +104,10 @@ def _print(entry: dict[str, Any], out: Console) -> None:
     cache = entry["cache"]
     content = f"{cache['programs']} compiled programs, {cache['bytes'] / 1e6:.0f} MB"
     if cache["unsafe"]:
-        mend = "every start compiles anew (mend that, or set XDG_CACHE_HOME to a folder of your own)"
+        mend = "every start compiles again (fix this, or set XDG_CACHE_HOME to a folder of your own)"
         say(out, f"Cache: {cache['folder'] or 'none'}: not used, as {cache['unsafe']}: {mend}")
     else:
-        unkept = "" if cache["writable"] else "; it cannot be written: what is missing is compiled anew at every start"
+        unkept = "" if cache["writable"] else "; it is not writable: missing programs are compiled again at every start"
         say(out, f"Cache: {cache['folder']}: {content}{unkept}")
     say(out, f"OpenGL: {entry['opengl']['advice']}")
     table = PlainTable(("extra", "for", "installed"), words=("extra", "for", "installed"))
@@ -116,6 +116,6 @@ def _print(entry: dict[str, Any], out: Console) -> None:
     out.print(table)
     absent = [name for name, state in entry["extras"].items() if not state["installed"]]
     if absent:
-        say(out, f"What is missing: {Path(sys.executable).name} -m pip install 'kerrcaustics[{','.join(absent)}]'")
+        say(out, f"To add them: {Path(sys.executable).name} -m pip install 'kerrcaustics[{','.join(absent)}]'")
     else:
         say(out, "Nothing is missing.")

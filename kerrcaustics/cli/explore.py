@@ -38,20 +38,20 @@ def explore(
 ) -> None:
     """Open the explorer in a browser: drag a star over the caustics, and see how pairs of images appear.
 
-    Its address, which contains a token, is printed at once. Ctrl-C ends it.
+    The address, which contains a token, is printed at once. Ctrl-C stops the explorer.
 
     Parameters
     ----------
     port
-        Port to listen at; 0 is any free one.
+        Port to listen on; 0 selects any free port.
     token_file
-        File that keeps the token, made if there is none: with a port, the address stays the same, and open pages go on
-        after a new start. It must be readable by you alone.
+        File that holds the token, created if missing: with a fixed port, the address stays the same and open pages keep
+        working after a restart. Only you may have read access to it.
     host
-        Address to listen at. Only this machine can reach the default; at any other one, everyone with the token can use
-        the explorer.
+        Address to listen on. The default can be reached only from this machine; at any other address, everyone with the
+        token can use the explorer.
     no_browser
-        Open no browser: for use over ssh, with `ssh -L PORT:localhost:PORT`.
+        Do not open a browser: for use over ssh, with `ssh -L PORT:localhost:PORT`.
     """
     common.check()
     if not host:
@@ -65,7 +65,7 @@ def explore(
         listener = listening(host, port)
     except OSError as error:
         raise BadInput(
-            f"Argument --{'port' if port else 'host'} must be free to listen at, but is not: {error}."
+            f"Argument --{'port' if port else 'host'} must be free to listen on, but is not: {error}."
         ) from None
     address = _address(host, listener.getsockname()[1], token)
     if common.json != "-":
@@ -73,7 +73,7 @@ def explore(
         sys.stdout.flush()
     common.write({"schema": "kerrcaustics/explore/1", "address": address, "token": token}, private=True)
     if not is_loopback(host):
-        sys.stderr.write(f"Warning: others can reach {host}, and see the token where the network is not encrypted.\n")
+        sys.stderr.write(f"Warning: others can reach {host}, and see the token if the network is not encrypted.\n")
     if not no_browser:
         threading.Thread(target=_open_browser, args=(address,), daemon=True).start()
     on_interrupt(lambda: "the explorer has ended.", status=0)

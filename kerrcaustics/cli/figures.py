@@ -15,16 +15,16 @@ from kerrcaustics.cli.terminal import progress, say
 
 @app.command(**with_examples("figures", "figures star_field --output pictures"))
 def figures(*names: str, output: FileName | None = None, common: CommonOptions = COMMON) -> None:
-    """Make the figures (the scripts of the folder figures/ of a checkout) and say where each file went.
+    """Make the figures (the scripts in the folder figures/ of a checkout) and print the path of each file.
 
-    A figure that fails is reported on standard error; the others are made all the same, and the exit status is 1.
+    A figure that fails is reported on standard error; the others are still made, and the exit status is 1.
 
     Parameters
     ----------
     names
-        Names of the figures' scripts; all of them when none is named.
+        Names of the figures' scripts; by default all of them.
     output
-        Folder for the files, by default figures/out of a checkout, else kerrcaustics-figures; it is made when missing.
+        Folder for the files, by default figures/out of a checkout, else kerrcaustics-figures; created if missing.
     """
     from kerrcaustics.scripts import FIGURES, figures_folder
 

@@ -36,21 +36,21 @@ def film(
 ) -> None:
     """Make a film of a scene file, of a template, or of a script (in the folder figures/films/ of a checkout).
 
-    It takes minutes; how many, it says when each process has drawn two frames. An interrupted film resumes when it is
-    started again.
+    A film takes minutes; an estimate of the time is shown once each process has drawn two frames. An interrupted film
+    resumes when it is started again.
 
     Parameters
     ----------
     name
         The scene, a TOML file; or the name of a template (kerrcaustics scene), or of a script.
     output
-        The file, .mp4 (H.264) or .gif; by default in this folder, named like the scene or the script, .mp4.
+        Film file, .mp4 (H.264) or .gif; by default an .mp4 file in the current folder, named after the scene or script.
     frames
-        A:B for a clip of frames A to B - 1 alone; or, for a script, how many frames, 2 or more.
+        A:B for a clip of frames A to B - 1 only; for a script, the number of frames, 2 or more.
     quality
-        Of the pictures of a scene: draft, normal or high; by default as the scene says.
+        Quality of the pictures of a scene: draft, normal or high; by default that of the scene.
     restart
-        Throw away the frames that are there, and draw all anew.
+        Discard the existing frames and draw all of them again.
     """
     workers.check()
     count, only = _frames(frames)

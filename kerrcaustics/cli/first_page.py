@@ -9,9 +9,9 @@ from kerrcaustics.cli.app import app
 from kerrcaustics.cli.terminal import console, say
 
 _TRY = {
-    "demo": "draws the caustics of a fast hole, from two places",
+    "demo": "draws the caustics of a rapidly spinning hole, seen from two places",
     "images --spin 0.999 --radius 2.6 --star 90 141": "finds all images of a star",
-    "explore": "drags a star over the caustics in a browser",
+    "explore": "opens a page for dragging a star over the caustics",
 }
 
 

@@ -57,7 +57,8 @@ def images(
     star
         The star's place on its sphere: theta' from the spin axis and phi', degrees; with --plane: r and phi.
     figure
-        Draw the images among the critical curves, and the star among the caustics, into this file: .png, .pdf or .svg.
+        Save a plot of the images among the critical curves, and the star among the caustics, to this file: .png, .pdf
+        or .svg.
     """
     common.check({"--figure": figure})
     check_ending(figure)

@@ -70,35 +70,35 @@ def light_curve(
         with radius, theta, phi, velocity and time, or kind = "kepler" with semi_major_axis, eccentricity, inclination,
         node, pericentre and time; angles in degrees.
     source
-        point: a star of luminosity 1 that shines alike to all sides. ball: the same, of that --size. spot: a Gaussian
-        spot in a disk, on a circular orbit. Left out, a spot where --orbit is a radius.
+        point: a star of luminosity 1 that shines equally in all directions. ball: the same, of the given --size. spot:
+        a Gaussian spot in a disk, on a circular orbit. By default a spot if --orbit is a radius.
     during
-        First and last time of the camera, in units of the mass; left out, one period of the orbit.
+        First and last time of the camera, in units of the mass; by default one period of the orbit.
     times
-        Number of times, evenly over them.
+        Number of times, evenly spaced over this interval.
     max_index
         Highest Morse index of the images of a point or a ball, 0 to 6.
     size
-        In units of the mass: radius of a ball; of a spot the deviation of its Gaussian profile along its orbit.
+        Radius of a ball, or standard deviation of a spot's Gaussian profile along its orbit, in units of the mass.
     crossings
-        Of a spot: number of crossings of the plane that add to the light, 1 to 12.
+        For a spot: number of crossings of the plane that contribute to the light, 1 to 12.
     motion
-        Of a spot: sense in which it circles.
+        For a spot: direction of its orbital motion.
     power
-        Of a spot: intensity goes by the frequency ratio to this power: 4 for all light together.
+        For a spot: the intensity scales as the frequency ratio to this power: 4 for the light of all frequencies.
     figure
-        Draw the light curve and the images into this file: .png, .pdf or .svg.
+        Save a plot of the light curve and the images to this file: .png, .pdf or .svg.
     film
-        Write a film of one orbit of a spot into this file: .mp4 or .gif. Its curve is as fine as --times. An
+        Write a film of one orbit of a spot to this file: .mp4 or .gif. Its curve has the resolution of --times. An
         interrupted film resumes.
     restart
-        Throw away frames of an unfinished film that are there, and draw all anew.
+        Discard the existing frames of an unfinished film and draw all of them again.
     table
-        Write all numbers over time into this file: .csv or .fits.
+        Write all quantities as functions of time to this file: .csv or .fits.
     save
-        Save everything into this file, to be loaded with kerrcaustics.load.
+        Save everything to this file, which kerrcaustics.load reads.
     points
-        Put flux, error, centroid and all else over time into the JSON too.
+        Include flux, error, centroid and all other functions of time in the JSON.
     """
     common.check({"--figure": figure, "--film": film, "--table": table, "--save": save})
     check_ending(figure)

@@ -47,26 +47,27 @@ def magnification(
     common: CommonOptions = COMMON,
     points: Flag = False,
 ) -> None:
-    """Measure how bright a star of finite size is seen, on a caustic too, and in which shapes.
+    """Compute the magnification and the image shapes of a star of finite size, also on a caustic.
 
     Parameters
     ----------
     star
-        The place of its centre: theta' from the spin axis and phi', degrees; with --plane: r and phi.
+        Place of the star's centre: theta' from the spin axis and phi', degrees; with --plane: r and phi.
     size
-        Its radius, degrees; with --source-radius or --plane a length in units of the mass, along that sphere or in the
-        plane.
+        Radius of the star, degrees; with --source-radius or --plane a length in units of the mass, along that sphere or
+        in the plane.
     profile
         Brightness from the centre to the limb: uniform, linear:u or quadratic:u1,u2 for limb darkening,
         gaussian:width for a deviation in radii of the star.
     power
-        Light goes by the frequency ratio to this power: 0 for the magnification alone, 4 for all light together.
+        The light scales as the frequency ratio to this power: 0 for the magnification alone, 4 for the light of all
+        frequencies.
     figure
-        Draw the images of the star among the critical curves into this file: .png, .pdf or .svg.
+        Save a plot of the images of the star among the critical curves to this file: .png, .pdf or .svg.
     save
-        Save everything into this file, to be loaded with kerrcaustics.load.
+        Save everything to this file, which kerrcaustics.load reads.
     points
-        Put the images of the limb into the JSON too.
+        Include the images of the limb in the JSON.
     """
     common.check({"--figure": figure, "--save": save})
     check_ending(figure)

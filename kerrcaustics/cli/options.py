@@ -52,7 +52,7 @@ def _file_name(_type: type, tokens: Sequence[cyclopts.Token]) -> Path:
     return Path(tokens[0].value)
 
 
-_HIGHEST_INDEX = "Highest Morse index, 0 to 6: how often a beam of light was focused to a line on its way."
+_HIGHEST_INDEX = "Highest Morse index, 0 to 6: the number of times a beam of light was focused to a line on its way."
 
 Flag = Annotated[bool, cyclopts.Parameter(negative=())]
 Angle = Annotated[float, cyclopts.Parameter(allow_leading_hyphen=True)]
@@ -79,15 +79,15 @@ class CameraOptions:
     spin
         Spin a of the hole, 0 <= a < 1.
     radius
-        Boyer-Lindquist radius of the camera, in units of the mass; for `caustics`, `images`, `magnification`,
-        `counts`, `tracks`, `light-curve`, `magnification` and `amplification` also inf, which is an observer there.
+        Boyer-Lindquist radius of the camera, in units of the mass; for `caustics`, `images`, `counts`, `tracks`,
+        `light-curve`, `magnification` and `amplification` also inf, for an observer at infinity.
     inclination
         Angle of the camera from the spin axis, degrees: 90 is the equator.
     velocity
         Motion of the camera: on a circular geodesic orbit, with the fiducial observer, or static. By default
-        circular where there is such an orbit, else fiducial.
+        circular if there is such an orbit, else fiducial.
     observer
-        For these: instead of a camera an observer at rest, who measures places on the sky by impact parameters
+        For these commands: an observer at rest instead of a camera, who measures places on the sky by impact parameters
         (alpha, beta), in units of the mass.
     """
 
@@ -134,10 +134,10 @@ class SourceOptions:
     Attributes
     ----------
     source_radius
-        Radius of the sphere that the sources lie on, in units of the mass; left out, the celestial sphere.
+        Radius of the sphere on which the sources lie, in units of the mass; by default the celestial sphere.
     plane
-        Instead, sources in the equatorial plane, seen by rays that cross it there for the n-th time: n. The place of a
-        source is then r and phi.
+        Sources in the equatorial plane instead, seen by rays that cross the plane at the source for the n-th time, with
+        n this number. The place of a source is then r and phi.
     """
 
     source_radius: float | None = None
@@ -224,7 +224,7 @@ class WorkerOptions:
     Attributes
     ----------
     workers
-        Compute in so many processes of this machine. By default in this one.
+        Number of processes on this machine that compute. By default only this one.
     scheduler
         Compute on the Dask cluster with this scheduler, such as tcp://host:8786, whose workers see the same files.
     """

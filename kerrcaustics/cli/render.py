@@ -48,16 +48,16 @@ def render(
     scene
         The scene, a TOML file: see docs/scene_files.md; `kerrcaustics scene --template disk` prints one.
     output
-        The picture: .png, .jpg, or .exr with linear light, and with alpha where there is no sky; by default in this
-        folder, named like the scene.
+        Picture file: .png, .jpg, or .exr with linear light, and with alpha if there is no sky; by default in the
+        current folder, named after the scene.
     frame
-        Number of the frame, from 0 on.
+        Number of the frame, counted from 0.
     quality
-        Of the picture; by default that of the scene.
+        Quality of the picture; by default that of the scene.
     preview
-        A small picture, 320 pixels wide, as a draft.
+        Render a small draft, 320 pixels wide.
     overrides
-        Set an entry otherwise than the file does, as --set camera.radius=5; may be repeated.
+        Override an entry of the file, for example --set camera.radius=5; may be repeated.
     """
     path = output or Path(f"{scene.stem}.png")
     _check_options(scene, path, preview, resizing)

@@ -12,9 +12,9 @@ def scale(*, mass: float, distance: float | None = None, common: CommonOptions =
     Parameters
     ----------
     mass
-        Of the hole, in solar masses.
+        Mass of the hole, in solar masses.
     distance
-        From the observer, in parsec.
+        Distance from the observer, in parsec.
     """
     common.check()
     with plain_errors():

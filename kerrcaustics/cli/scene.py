@@ -8,7 +8,7 @@ from kerrcaustics.cli.terminal import say
 
 @app.command(**with_examples("scene", "scene --template disk > scene.toml"))
 def scene(*, template: str | None = None, common: CommonOptions = COMMON) -> None:
-    """Print a scene file with comments, to begin with; without a name, list all of them.
+    """Print a commented scene file as a starting point; without a name, list all templates.
 
     Parameters
     ----------

@@ -19,9 +19,10 @@ class SizeOptions:
     Attributes
     ----------
     size
-        WIDTHxHEIGHT, as 640x360: pixels of the picture, in place of the scene's.
+        WIDTHxHEIGHT, such as 640x360: size of the picture in pixels, instead of that of the scene.
     scale
-        Factor for the width and the height of the scene, as 0.5. A film's lengths are rounded to even numbers.
+        Factor for the width and the height of the scene, such as 0.5. A film's width and height are rounded to even
+        numbers.
     """
 
     size: str | None = None

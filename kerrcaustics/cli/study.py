@@ -22,7 +22,7 @@ _USAGE = """Usage: kerrcaustics study NAME [--output FOLDER] [--json FILE]
 
 study_app = cyclopts.App(
     name="study",
-    help="Run a study, or put those that were run on one page.",
+    help="Run a study, or collect the completed studies on one page.",
     usage=_USAGE,
     **with_examples("study accuracy", "study report --run"),
 )
@@ -31,9 +31,9 @@ app.command(study_app)
 
 @study_app.default
 def study(name: str, /, *, output: FileName | None = None, common: CommonOptions = COMMON) -> None:
-    """Run a study (a folder NAME in studies/ of a checkout) and say where its tables and pictures went.
+    """Run a study (a folder NAME in studies/ of a checkout) and print the paths of its tables and pictures.
 
-    `kerrcaustics study report` puts the studies that were run on one page.
+    `kerrcaustics study report` collects the completed studies on one page.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def study(name: str, /, *, output: FileName | None = None, common: CommonOptions
         Name of the study: accuracy, adversary, astroids, cost, disk_checks, extended_sources, far_camera, fit,
         inclination, near_sources, open_questions, orders, spin_radius, stability or waves.
     output
-        Folder for the files, by default study-NAME; it is made when missing.
+        Folder for the files, by default study-NAME; created if missing.
     """
     from kerrcaustics.scripts import STUDIES
 
@@ -72,20 +72,20 @@ def report(
     run: Annotated[bool, cyclopts.Parameter(negative=())] = False,
     common: CommonOptions = COMMON,
 ) -> None:
-    """Put the studies that were run on one HTML page: error against run time, stability, and what the others found.
+    """Collect the completed studies on one HTML page: error against run time, stability, and the results of the others.
 
-    The page holds its pictures and loads nothing. It names the studies that were not run, and those that were run by
-    another version or on another machine.
+    The page contains its pictures and loads nothing. It lists the studies that have not been run, and those that were
+    run with another version or on another machine.
 
     Parameters
     ----------
     folder
-        Folder of the studies' files, its subfolders included; by default the current one.
+        Folder of the studies' files, including its subfolders; by default the current one.
     output
-        The page.
+        File of the page.
     run
-        First run the studies that are missing, one after the other, into FOLDER/study-NAME: some 40 minutes for
-        all of them. One that fails is reported, and the page is made without it; the exit status is 1.
+        First run the missing studies, one after the other, in FOLDER/study-NAME: about 40 minutes for all of them. A
+        study that fails is reported and left out of the page; the exit status is then 1.
     """
     from importlib.metadata import version
 

@@ -31,20 +31,20 @@ def sweep(
     retry: Flag = False,
     common: CommonOptions = COMMON,
 ) -> None:
-    """Compute caustics over spin, radius and inclination, as a scene file says, into one zarr store.
+    """Compute caustics over spin, radius and inclination, as specified in a scene file, and write one zarr store.
 
-    An interrupted sweep resumes when it is started again.
+    An interrupted sweep resumes when the command is run again.
 
     Parameters
     ----------
     scene
         The scene, a TOML file: see docs/sweeps.md.
     output
-        The store; by default in this folder, named like the scene, with the ending .zarr.
+        The store; by default in the current folder, named after the scene, with the ending .zarr.
     resume
-        Go on with a store that is there; or else refuse it.
+        Continue a store that exists; with --no-resume, such a store is an error.
     retry
-        Try again the points that failed before.
+        Retry the points that failed before.
     """
     workers.check()
     store = output or Path(f"{scene.stem}.zarr")

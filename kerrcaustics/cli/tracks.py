@@ -50,22 +50,22 @@ def tracks(
 ) -> None:
     """Follow all images of a star over one orbit of the camera, with the creation and annihilation of pairs.
 
-    The camera must orbit the spin axis, and not be static. An observer does not orbit: there the star goes round.
+    The camera must orbit the spin axis, and not be static. An observer does not orbit: in that case the star circles.
 
     Parameters
     ----------
     star_theta
         The star's angle theta' from the spin axis, degrees. Its phi' runs through a whole turn.
     orbit
-        With --plane, instead: radius of the circle in the equatorial plane that the star runs round, in units of the
-        mass. The camera may be static.
+        With --plane, instead: radius of the star's circle in the equatorial plane, in units of the mass. The camera may
+        be static.
     figure
-        Draw the tracks, the events and the brightness into this file: .png, .pdf or .svg.
+        Save a plot of the tracks, the events and the brightness to this file: .png, .pdf or .svg.
     film
-        Write a film of the orbit, or of the star's way round, into this file: .mp4 or .gif. It takes minutes; an
-        interrupted film resumes when it is started again.
+        Write a film of the orbit, or of the star's circle, to this file: .mp4 or .gif. This takes minutes; an
+        interrupted film resumes when the command is run again.
     restart
-        Throw away frames of an unfinished film that are there, and draw all anew.
+        Discard the existing frames of an unfinished film and draw all of them again.
     """
     common.check({"--figure": figure, "--film": film})
     check_ending(figure)

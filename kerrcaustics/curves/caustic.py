@@ -34,13 +34,13 @@ class Caustic(Shown):
     """A critical curve on the camera sky and its image on the surface of the sources.
 
     The extremes are refined between the points. On spheres phi' is unwrapped so that the curve closes: rays with b > 0
-    carry 2 pi order more. In the plane a curve is one piece of the section of a caustic tube; cusps are not looked for
-    there, and an order may have several pieces or none.
+    have an additional 2 pi order. In the plane a curve is one piece of the section of a caustic tube; cusps are not
+    searched for there, and an order may have several pieces or none.
     """
 
     camera: Viewer = quantity("", "", "who sees it", json="", column="")
     order: int = quantity(
-        "", "1", "1 primary, 2 secondary, 3 tertiary, and on: between Morse index order - 1 and order"
+        "", "1", "1 primary, 2 secondary, 3 tertiary, and so on: between Morse index order - 1 and order"
     )
     sky: np.ndarray = quantity(
         "point axis",
@@ -61,15 +61,13 @@ class Caustic(Shown):
     kind: str = quantity(
         "",
         "",
-        '"astroid" (four cusps), "curve with N cusps", "point" (no larger than its error), or "unresolved" (not so '
-        'much larger that its cusps could be counted, or cusps lost); in the plane "section"',
+        '"astroid" (four cusps), "curve with N cusps", "point" (no larger than its error), or "unresolved" (too small '
+        'for its error to count the cusps, or cusps lost); in the plane "section"',
     )
     closed: bool = quantity("", "1", "True when the whole curve was found and its ends meet")
     error: float = quantity("", "rad", "estimated error of place and of the extremes, relative in r")
     residual: float = quantity("", "1", "largest delta_minus / delta_plus on the critical curve")
-    remarks: tuple[str, ...] = quantity(
-        "", "", "what was missed or is unusual, in words; empty when there is nothing to say"
-    )
+    remarks: tuple[str, ...] = quantity("", "", "what was missed or is unusual, in words; otherwise empty")
     surface: End = quantity("", "", "where the sources lie", json="", column="", default=SKY)
     r_min: float = quantity("", "GM/c^2", "least radius; that of the sphere", default=math.inf)
     r_max: float = quantity("", "GM/c^2", "largest radius; that of the sphere", default=math.inf)
@@ -84,7 +82,7 @@ class Caustic(Shown):
 
     @property
     def celestial(self) -> np.ndarray:
-        """theta', unwrapped phi' of the caustic on a sphere, (n, 2) radians: `place` by the name it has there."""
+        """theta', unwrapped phi' of the caustic on a sphere, (n, 2) radians: another name for `place` there."""
         return self.place
 
     @property
@@ -108,12 +106,12 @@ class Caustic(Shown):
 
 @result("caustics/1", record="camera surface engine tolerance seconds beams versions missing certified remarks curves")
 class CausticSet(Items[Caustic]):
-    """The caustics of one camera, primary first: a sequence, with what produced it."""
+    """The caustics of one camera, primary first: a sequence, with a record of the computation."""
 
     curves: tuple[Caustic, ...] = quantity("order", "", "the caustics", column="")
     camera: Viewer = quantity("", "", "the camera", json="", column="")
-    engine: str = quantity("", "", "what traced the beams")
-    tolerance: float = quantity("", "rad", "wanted error of a beam", json="tolerance_rad")
+    engine: str = quantity("", "", "engine that traced the beams")
+    tolerance: float = quantity("", "rad", "requested error of a beam", json="tolerance_rad")
     seconds: float = quantity("", "s", "time it took")
     beams: int = quantity("", "1", "beams traced")
     versions: dict[str, str] = quantity("", "", "versions of the packages used")

@@ -41,19 +41,19 @@ def caustics(
     Parameters
     ----------
     camera : Camera or Observer
-        Its velocity moves the critical curves on the sky by aberration, and leaves the caustics alone.
+        Its velocity shifts the critical curves on the sky by aberration, and does not affect the caustics.
     orders : int
-        How many, 1 to 10. Double precision reaches order 7 or 8 on the retrograde side; orders beyond it are in
+        Number of orders, 1 to 10. Double precision reaches order 7 or 8 on the retrograde side; orders beyond it are in
         `CausticSet.missing`.
     engine, tolerance
-        As for `trace_beams`; tolerance is the wanted error of a beam in radians.
+        As for `trace_beams`; tolerance is the requested error of a beam in radians.
     end : float, Sphere or EquatorialPlane
-        Where sources lie: math.inf, the celestial sphere, or the radius of a sphere, further out than the camera or
-        further in: there the k-th conjugate points of rays lie, the section of a caustic tube. An `EquatorialPlane`
-        is the section by one crossing of the plane, for cameras that do not lie in it.
+        Surface of the sources: math.inf, the celestial sphere, or the radius of a sphere, further out than the camera
+        or further in. The caustic on a sphere consists of the k-th conjugate points of rays there: it is the section of
+        a caustic tube. An `EquatorialPlane` is the section by one crossing of the plane, for cameras outside the plane.
     progress : callable or bool, optional
-        Called with a text on the current work and the part of all work that is done, 0 to 1, counted in steps of the
-        method, not in seconds. True shows a bar. Left out, notebooks show one after a second, and False none.
+        Called with a text on the current work and the fraction of all work that is done, 0 to 1, counted in steps of
+        the method, not in seconds. True shows a bar. By default notebooks show a bar after a second; False shows none.
 
     Returns
     -------
@@ -72,7 +72,7 @@ def caustics(
 
     Notes
     -----
-    An Observer at infinity has no primary critical curve: that of one at the radius r has the size 2 sqrt(r).
+    An Observer at infinity has no primary critical curve: that of an Observer at radius r has the size 2 sqrt(r).
 
     Examples
     --------

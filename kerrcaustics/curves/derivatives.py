@@ -42,17 +42,17 @@ _ON_CIRCLE = "is the end of the curve toward {toward}: its derivative is that of
     record="order parameters theta_min theta_max r_min r_max phi_min phi_max cusps error remarks",
 )
 class CausticDerivatives(Shown):
-    """Derivatives of the cusps and extremes of one caustic by the numbers of the viewer's place.
+    """Derivatives of the cusps and extremes of one caustic with respect to the viewer's parameters.
 
-    In the plane a caustic is one piece of a section, whose cusps are not looked for.
+    In the plane a caustic is one piece of a section, whose cusps are not searched for.
     """
 
     order: int = quantity("", "1", "that of the caustic")
     parameters: tuple[str, ...] = quantity(
         "parameter",
         "",
-        "what the derivatives are by, angles in radians: spin, radius, inclination; of an Observer at infinity without "
-        "the radius",
+        "parameters of the derivatives, angles in radians: spin, radius, inclination (no radius for an Observer at "
+        "infinity)",
     )
     cusps: Array = quantity("cusp_number angle parameter", "1", "of (theta', unwrapped phi') of the cusps")
     theta_min: Array = quantity("parameter", "1", "of the least theta'; 0 in the plane")
@@ -111,16 +111,16 @@ class _Curve:
 def caustic_derivatives(
     camera: Viewer, orders: int = 3, *, end: Wherever | End = math.inf
 ) -> tuple[CausticDerivatives, ...]:
-    """Derivatives of cusps and extents of the caustics of order 1 to `orders`, by the numbers of the viewer's place.
+    """Derivatives of cusps and extents of the caustics of order 1 to `orders` with respect to the viewer's parameters.
 
     Parameters
     ----------
     camera : Camera or Observer
-        Its velocity does not matter to caustics.
+        Its velocity does not affect caustics.
     orders : int
         As for `caustics`.
     end : float, Sphere or EquatorialPlane
-        Where sources lie, as for `caustics`.
+        Surface of the sources, as for `caustics`.
 
     Returns
     -------
@@ -134,13 +134,14 @@ def caustic_derivatives(
 
     Errors
     ------
-    `CausticDerivatives.error`: as for `image_derivatives`, and what the polynomials about the extremes leave open.
+    `CausticDerivatives.error`: as for `image_derivatives`, plus the truncation error of the polynomials about the
+    extremes.
 
     Notes
     -----
-    Where a section in the plane ends, toward the horizon or far out, its extreme radius is one of those that were
-    searched, and has no derivative. That of phi' is the motion of the end on the circle of this radius. `remarks` say
-    which of them are ends.
+    If a section in the plane ends, toward the horizon or far out, its extreme radius is one of those that were
+    searched, and has no derivative. The derivative of phi' there is the motion of the end on the circle of this radius.
+    `remarks` lists the extremes that are ends.
 
     Examples
     --------

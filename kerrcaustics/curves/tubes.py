@@ -53,23 +53,21 @@ _USUAL_SCALE, _USUAL_ROWS = 6.0, 48
 class CausticTube(Shown):
     """A caustic of the past light cone, in space: a surface of conjugate points.
 
-    The first row is the caustic on the celestial sphere, at infinite radius; the others are about at the radii asked
-    for. Along the lines the tube closes: the first one is not repeated. A line that falls into the hole before the last
-    radii holds its last point there.
+    The first row is the caustic on the celestial sphere, at infinite radius; the others lie close to the requested
+    radii. The lines go round the tube, which is closed: the first one is not repeated. A line that falls into the hole
+    before the last radii holds its last point there.
 
     The first row of the primary tube seen from infinity is the point opposite to the observer, its limit far out: the
     rays would pass infinitely far from the hole, and `sky` and the times are NaN.
     """
 
-    order: int = quantity("", "1", "1 primary, 2 secondary, and on")
+    order: int = quantity("", "1", "1 primary, 2 secondary, and so on")
     points: SpacePoints = quantity("row line", "", "the surface", column="")
     sky: np.ndarray = quantity(
         "row line axis", "1", "camera-sky directions N of the rays through the points; of an Observer (alpha, beta)"
     )
     closed: bool = quantity("", "1", "True when the whole critical curve was found")
-    remarks: tuple[str, ...] = quantity(
-        "", "", "what was missed or is unusual, in words; empty when there is nothing to say"
-    )
+    remarks: tuple[str, ...] = quantity("", "", "what was missed or is unusual, in words; otherwise empty")
 
     def __repr__(self) -> str:
         """Summary in one line: order and size."""
@@ -98,11 +96,11 @@ def caustic_tubes(
     Parameters
     ----------
     camera : Camera or Observer
-        Its velocity moves the rays on its sky, and leaves the tubes alone.
+        Its velocity shifts the rays on its sky, and does not affect the tubes.
     orders : int
-        How many, 1 to 10; those that cannot be found are left out.
+        Number of tubes, 1 to 10; those that cannot be found are left out.
     radii : (rows,) array, optional
-        Where the tube is wanted, falling from math.inf. Left out, 48 radii to 0.4 above the horizon.
+        Radii of the rows, decreasing from math.inf. By default 48 radii down to 0.4 above the horizon.
     progress : callable or bool, optional
         As for `caustics`.
 
@@ -117,8 +115,8 @@ def caustic_tubes(
 
     Errors
     ------
-    `CausticTube.points.error`: every point is a conjugate point, as those of `ray_paths`; its radius misses the one
-    asked for by a few hundredths of it, and more in the last rows.
+    `CausticTube.points.error`: every point is a conjugate point, like those of `ray_paths`; its radius misses the
+    requested one by a few hundredths of it, and by more in the last rows.
 
     References
     ----------

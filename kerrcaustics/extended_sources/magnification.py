@@ -49,7 +49,7 @@ class LimbImage(Shown):
     )
     index: Array = quantity("point", "1", "Morse index of the images on the curve")
     area: float = quantity(
-        "", "solid angle", "that the curve adds to the images: negative for a hole, or the inner edge of a ring"
+        "", "solid angle", "area that the curve adds to the images: negative for a hole or the inner edge of a ring"
     )
     error: float = quantity("", "solid angle", "estimated error of area")
     round_hole: bool = quantity("", "1", "whether the curve runs round the hole, as the edges of rings do")
@@ -62,7 +62,7 @@ class LimbImage(Shown):
     points="images",
 )
 class Magnification(Shown):
-    """The light of a source of finite size, over that of the same source in empty space."""
+    """The light of a source of finite size, relative to that of the same source in empty space."""
 
     camera: Viewer = quantity("", "", "who sees it", json="", column="")
     surface: End = quantity("", "", "where the source lies", json="", column="")
@@ -70,14 +70,14 @@ class Magnification(Shown):
         "angle", "place", "theta', phi' of its centre; in the plane r, phi", given=True
     )
     size: float = quantity("", "source size", "its radius, along its surface", given=True)
-    power: float = quantity("", "1", "of the frequency ratio g, by which light goes")
+    power: float = quantity("", "1", "power of the frequency ratio g with which the light scales")
     profile: str = quantity("", "", "its brightness from the centre to the limb, in words")
     total: float = quantity(
-        "", "magnification", "solid angle of all images, weighted by brightness, by that of the source"
+        "", "magnification", "solid angle of all images, weighted by brightness, divided by that of the source"
     )
     error: float = quantity("", "magnification", "estimated error of total")
     per_index: dict[int, float] = quantity(
-        "morse_index", "magnification", "what images of each Morse index add to total"
+        "morse_index", "magnification", "contribution of the images of each Morse index to total"
     )
     per_index_error: dict[int, float] = quantity("morse_index", "magnification", "estimated errors of per_index")
     centroid: Array = quantity(
@@ -96,7 +96,7 @@ class Magnification(Shown):
     @property
     @derived("", "1")
     def max_index(self) -> int:
-        """Highest Morse index that was asked for."""
+        """Highest Morse index requested."""
         return max(self.per_index)
 
     def __repr__(self) -> str:
@@ -135,23 +135,23 @@ def magnification(
         these coefficients; ("gaussian", width), with the deviation (from 0.2) in radii of the source, cut off at the
         limb; or a function of the distance from the centre in radii, smooth as a function of its arcsine.
     max_index : int
-        0 to 6: images with Morse index up to it.
+        0 to 6: highest Morse index of the images.
     power : float
-        Light goes by the frequency ratio g to this power: 0 for the magnification alone, 4 for all light together, of
-        sources at rest on the celestial sphere.
+        The light scales as the frequency ratio g to this power: 0 for the magnification alone, 4 for the light of all
+        frequencies, for sources at rest on the celestial sphere.
     end : float, Sphere or EquatorialPlane
-        Radius of the source's sphere; math.inf is the celestial sphere. Spheres within the viewer's radius are seen by
-        two arrivals, of which all images count. An `EquatorialPlane`: images by rays that cross it at the source for
-        the n-th time.
+        Radius of the source's sphere; math.inf is the celestial sphere. Spheres within the viewer's radius are seen
+        through two arrivals, and the images of both count. An `EquatorialPlane`: images by rays that cross it at the
+        source for the n-th time.
     progress : callable or bool, optional
         As for `caustics`.
 
     Returns
     -------
     Magnification
-        The area of all images by that of the source, as the magnification of `star_images`: solid angles, about the
-        centre of the sphere on which the source lies; of an Observer's screen in units of the mass squared; of a source
-        in the plane by its area pi size^2 in r dr dphi.
+        The area of all images divided by that of the source, as for the magnification of `star_images`. The areas are
+        solid angles, that of the source about the centre of the sphere on which it lies; on an Observer's screen they
+        are in units of the mass squared; for a source in the plane the divisor is its area pi size^2 in r dr dphi.
 
     Raises
     ------
@@ -160,9 +160,10 @@ def magnification(
 
     Errors
     ------
-    `Magnification.error`: what the curves miss the images of the limb by, and errors of beams, over the whole length of
-    the curves. Small sources need beams of small error: it grows as 1 / size. Of other profiles than uniform ones, also
-    the error of the sum over radii. Images of higher index than `max_index` are part neither of `total` nor of it.
+    `Magnification.error`: the distance of the curves from the images of the limb, and the errors of the beams, over the
+    whole length of the curves. Small sources need beams of small error: the error grows as 1 / size. For non-uniform
+    profiles, also the error of the sum over radii. Images of a higher index than `max_index` are part neither of
+    `total` nor of its error.
 
     Notes
     -----

@@ -43,21 +43,21 @@ class ImageCounts(Shown):
     counts: Array = quantity(
         "star morse_index",
         "1",
-        "images found, by Morse index; of an Observer those at finite (alpha, beta)",
+        "images found, by Morse index; for an Observer, those at finite (alpha, beta)",
         json="per_index",
     )
     expected: Array = quantity(
         "star morse_index",
         "1",
-        "the same from the caustics' winding; counts equal it where no search was asked for, and in the plane",
+        "the same from the winding of the caustics; counts equal it without a search, and in the plane",
     )
     on_caustic: Array = quantity("star", "1", "True for stars that cannot be distinguished from some caustic")
-    certified: Array = quantity("star", "1", "True as in `StarImages`; False where no search was asked for")
+    certified: Array = quantity("star", "1", "True as in `StarImages`; False without a search")
 
     @property
     @derived("", "1")
     def max_index(self) -> int:
-        """Highest Morse index that was asked for."""
+        """Highest Morse index requested."""
         return self.counts.shape[1] - 1
 
     @property
@@ -69,7 +69,7 @@ class ImageCounts(Shown):
     @property
     @derived("", "")
     def remarks(self) -> tuple[str, ...]:
-        """Reasons why not all counts are certified, and what is not among them."""
+        """Reasons why some counts are not certified, and images that are not counted."""
         differ = (self.counts != self.expected).any(axis=1)
         return _remarks(self.camera, self.surface, self.on_caustic, self.certified, differ)
 
@@ -89,7 +89,7 @@ class CountMap(Shown):
     level: Array = quantity("level", "level", "theta' of the centres of the map's cells; in the plane r of circles")
     phi: Array = quantity("phi", "rad", "phi' of the centres of the map's cells")
     counts: Array = quantity(
-        "level phi morse_index", "1", "images of a source there, by Morse index; of an Observer at finite (alpha, beta)"
+        "level phi morse_index", "1", "images of a source there, by index; for an Observer at finite (alpha, beta) only"
     )
     on_caustic: Array = quantity("level phi", "1", "True where a source cannot be distinguished from a caustic")
     certified: Array = quantity("level phi", "1", "True as in `StarImages`; False where the winding alone counts")
@@ -97,13 +97,13 @@ class CountMap(Shown):
     @property
     @derived("", "1")
     def max_index(self) -> int:
-        """Highest Morse index that was asked for."""
+        """Highest Morse index requested."""
         return self.counts.shape[2] - 1
 
     @property
     @derived("", "")
     def remarks(self) -> tuple[str, ...]:
-        """Reasons why not all counts are certified, and what is not among them."""
+        """Reasons why some counts are not certified, and images that are not counted."""
         return _remarks(self.camera, self.surface, self.on_caustic, self.certified, np.zeros_like(self.certified))
 
     def __repr__(self) -> str:
@@ -129,7 +129,7 @@ class CountMap(Shown):
         plate_carree.write(path, images, {**cards, "BUNIT": "count", **places})
 
     def to_healpix(self, nside: int, order: healpix.Order = "ring") -> Int[Array, "morse_index pixels"]:
-        """Counts (max_index + 1, 12 nside^2) in HEALPix: of the map's cell that holds the centre of each pixel.
+        """Counts (max_index + 1, 12 nside^2) in HEALPix: those of the map's cell that holds the centre of each pixel.
 
         order is "ring" or "nested". For maps over a sphere. Needs the package astropy-healpix.
         """
@@ -179,11 +179,11 @@ def image_counts(
     max_index : int
         0 to 6.
     find : bool
-        Whether to find every image too, which certifies the counts; else only the winding of the caustics about the
-        star counts them, a hundred times faster. In the plane both are one.
+        Whether to find every image too, which certifies the counts; otherwise only the winding of the caustics about
+        the star counts them, a hundred times faster. In the plane the two are the same.
     end : float, Sphere or EquatorialPlane
-        Radius of the stars; math.inf is the celestial sphere. Of stars nearer to the hole than the camera each takes a
-        search of its own to be certified. An `EquatorialPlane`: stars are (r, phi) in the plane.
+        Radius of the stars; math.inf is the celestial sphere. Each star nearer to the hole than the camera needs a
+        separate search to be certified. An `EquatorialPlane`: stars are (r, phi) in the plane.
     progress : callable or bool, optional
         As for `caustics`.
 
@@ -202,7 +202,7 @@ def image_counts(
 
     Notes
     -----
-    An Observer at infinity sees stars of the celestial sphere directly, by an image of index 0 each, at infinite
+    An Observer at infinity sees each star of the celestial sphere directly, in an image of index 0 at infinite
     (alpha, beta): the counts have 0 there.
 
     Examples
@@ -239,13 +239,13 @@ def count_map(
     max_index : int
         0 to 6.
     rows : int
-        Cells from pole to pole; twice as many go round.
+        Number of cells from pole to pole, with twice as many in phi'.
     end : float, Sphere or EquatorialPlane
         Radius of the stars; math.inf is the celestial sphere. An `EquatorialPlane`: a map over r and phi, in which
-        rows are circles, of about a second each.
+        each row is a circle and takes about a second.
     radii : array
-        In the plane alone: the radii of the circles, rising. Left out, they are `rows` in equal ratios, from 1.05 times
-        the horizon's to twice the camera's, at most to 100.
+        In the plane only: the radii of the circles, increasing. By default `rows` radii in equal ratios, from 1.05
+        times the horizon's to twice the camera's, at most 100.
     progress : callable or bool, optional
         As for `caustics`.
 
@@ -293,9 +293,9 @@ def _checked_radii(surface: End, camera: Viewer, radii: ArrayLike) -> Float[Arra
 
 
 def read_count_map(path: str | os.PathLike[str]) -> CountMap:
-    """The map that `CountMap.to_fits` wrote, equal to the one that was written. Needs the package astropy.
+    """The map that `CountMap.to_fits` wrote, equal to the original. Needs the package astropy.
 
-    Raises ValueError where the file cannot be read, or holds no such map.
+    Raises ValueError if the file cannot be read or holds no such map.
     """
     (counts, header), *extensions = plate_carree.read(path)
     if header.get("CTYPE3") != _FITS_AXIS or len(extensions) != 1 or "SURFACE" not in header:

@@ -20,9 +20,10 @@ Array = np.ndarray
 
 @result("image-derivatives/1", record="star parameters", rows="sky magnification time error")
 class ImageDerivatives(Shown):
-    """Derivatives of the images of a source, in their order, by the numbers of the viewer's place and of the source's.
+    """Derivatives of the images of a source, in their order, with respect to the viewer's and the source's parameters.
 
-    Of the camera's velocity a name is the motion that belongs to the place and changes with it; three numbers stay.
+    A velocity given by name is the motion that belongs to the camera's place, and changes with it; three numbers stay
+    fixed.
     """
 
     star: tuple[float, float] = quantity(
@@ -31,16 +32,16 @@ class ImageDerivatives(Shown):
     parameters: tuple[str, ...] = quantity(
         "parameter",
         "",
-        "what the derivatives are by, lengths in M and angles in radians: spin, radius, inclination of the viewer, of "
-        "an Observer at infinity without the radius; theta, phi of the source, in the plane source_radius, phi",
+        "parameters of the derivatives, lengths in M and angles in radians: spin, radius, inclination of the viewer "
+        "(no radius for an Observer at infinity); theta, phi of the source, in the plane source_radius, phi",
     )
     sky: Array = quantity(
         "image axis parameter",
         "1",
-        "derivatives of the directions N on the camera sky; of an Observer of (alpha, beta)",
+        "derivatives of the directions N on the camera sky; for an Observer, of (alpha, beta)",
     )
     magnification: Array = quantity("image parameter", "1", "derivatives of the magnification")
-    time: Array = quantity("image parameter", "GM/c^3", "derivatives of the travel time, as `StarImages.time` has it")
+    time: Array = quantity("image parameter", "GM/c^3", "derivatives of the travel time `StarImages.time`")
     error: Array = quantity(
         "image kind",
         "1",
@@ -61,9 +62,9 @@ def image_derivatives(camera: Viewer, images: StarImages) -> ImageDerivatives:
     Parameters
     ----------
     camera : Camera or Observer
-        The one that sees them.
+        Viewer of the images.
     images : StarImages
-        What `star_images` returns for it, of a source on any surface.
+        Result of `star_images` for this viewer, for a source on any surface.
 
     Returns
     -------
@@ -76,13 +77,14 @@ def image_derivatives(camera: Viewer, images: StarImages) -> ImageDerivatives:
 
     Errors
     ------
-    `ImageDerivatives.error`: what they change by where images move by their errors, and with fewer steps along the ray.
-    Close to a caustic derivatives grow as 1 / |det J|, and errors as its square.
+    `ImageDerivatives.error`: the change of the derivatives when the images move by their errors, and with fewer steps
+    along the ray. Close to a caustic derivatives grow as 1 / |det J|, and errors as its square.
 
     Notes
     -----
     The source stays on its surface, a sphere of one radius or one crossing of the plane. An Observer at infinity has no
-    radius, and so no derivative by it; that of a place (alpha, beta) falls off as 1 / radius^2 before.
+    radius, and hence no derivative with respect to it; at finite radii that of a place (alpha, beta) falls off as
+    1 / radius^2.
 
     References
     ----------

@@ -44,7 +44,7 @@ class StarImages(Shown):
     index: Array = quantity("image", "1", "Morse index")
     parity: Array = quantity("image", "1", "(-1)^index")
     magnification: Array = quantity(
-        "image", "magnification", "1 / |det J|: area on the sky by area of the surface, r dr dphi in the plane"
+        "image", "magnification", "1 / |det J|: area on the sky per area of the surface, r dr dphi in the plane"
     )
     magnification_error: Array = quantity(
         "image", "magnification", "error of magnification; infinite where the image may lie on the critical curve"
@@ -56,18 +56,18 @@ class StarImages(Shown):
     redshift: Array = quantity("image", "1", "nu_camera / nu_source")
     redshift_error: Array = quantity("image", "1", "error of redshift")
     error: Array = quantity("image", "sky", "error of sky")
-    per_index: dict[int, int] = quantity("morse_index", "1", "how many images of each index were found")
+    per_index: dict[int, int] = quantity("morse_index", "1", "number of images found, by index")
     expected: dict[int, int] = quantity(
         "morse_index",
         "1",
-        "how many there are, from the winding of the caustics about the star; in the plane, where nothing counts them "
-        "independently, those that were found",
+        "number of images, from the winding of the caustics about the star; in the plane, where there is no "
+        "independent count, the number found",
     )
     on_caustic: tuple[int, ...] = quantity(
         "",
         "1",
-        "orders of the caustics that the star cannot be distinguished from: it may have two images more or less, or "
-        "where the caustic is a point a ring, which is not among the images",
+        "orders of the caustics from which the star cannot be distinguished: it may have two images more or fewer, or, "
+        "if the caustic is a point, a ring, which is not among the images",
     )
     certified: bool = quantity(
         "", "1", "True when the certificate holds for every index, and the star lies on no caustic"
@@ -75,15 +75,15 @@ class StarImages(Shown):
     certificate: str = quantity(
         "",
         "",
-        "the argument that none is missing: on spheres winding, as many images of each index were found as the "
-        "caustics require; in the plane arcs, the image of the source's circle is whole, and its azimuth runs on each "
-        "part of it as the index there says, once round in all",
+        "the argument that none is missing: on spheres winding (the number of images found of each index is the one "
+        "that the caustics require); in the plane arcs (the image of the source's circle is whole, and on each part of "
+        "it the azimuth runs as the index there requires, once round in all)",
     )
     remarks: tuple[str, ...] = quantity(
         "",
         "",
-        "what is not certain, and what to do about it; certified images of an Observer at infinity may have one, too: "
-        "that stars at infinity are seen directly at infinite (alpha, beta)",
+        "doubts, and what to do about them; even certified images of an Observer at infinity may have a remark: stars "
+        "at infinity are seen directly at infinite (alpha, beta)",
     )
     time: Array = quantity("image", "GM/c^3", TRAVEL_TIME)
     time_error: Array = quantity("image", "GM/c^3", "error of time")
@@ -94,7 +94,7 @@ class StarImages(Shown):
     @property
     @derived("", "1")
     def max_index(self) -> int:
-        """Highest Morse index that was asked for."""
+        """Highest Morse index requested."""
         return max(self.per_index)
 
     def __len__(self) -> int:
@@ -122,14 +122,14 @@ def star_images(
     Parameters
     ----------
     camera : Camera or Observer
-        Its sky is searched once and kept: the next star at the same place costs little.
+        Its sky is searched once and kept: the next star seen from the same place costs little.
     star : (theta', phi')
         Radians, on the surface of `end`; in the plane (r, phi).
     max_index : int
         0 to 6. The image counts need the critical curves to order max_index + 1.
     end : float, Sphere or EquatorialPlane
-        Radius of the star; math.inf is the celestial sphere. One that is nearer to the hole than the camera takes a
-        search of its own, as the sky is searched from there (docs/near_sources.md). An `EquatorialPlane`: images by
+        Radius of the star; math.inf is the celestial sphere. A star nearer to the hole than the camera needs a separate
+        search, because the sky is searched from the star (docs/near_sources.md). An `EquatorialPlane`: images by
         rays that cross the plane at the source for the n-th time, seen by cameras that do not lie in it.
     progress : callable or bool, optional
         As for `caustics`.
@@ -145,19 +145,20 @@ def star_images(
 
     Errors
     ------
-    `StarImages.error`, round-off of n' divided by the beam's minor diameter; where that is more than 1e-10, as for
-    high indices, the image is put right by the distance from the shadow edge (deep_images.py), to about 1e-14, next to
-    an extremal hole 1e-15 over the distance of the horizons. Errors hold on the sky of the camera, with aberration.
-    Magnification and redshift are those of the beam in the direction that is returned. Their errors are what they
-    change by over the error of that direction, and the error of the beam's area (measured_light.py).
+    `StarImages.error`, round-off of n' divided by the beam's minor diameter; if that is more than 1e-10, as for
+    high indices, the image is refined by its distance from the shadow edge (deep_images.py), to about 1e-14, next to
+    an extremal hole to 1e-15 over the distance of the horizons. Errors hold on the sky of the camera, with aberration.
+    Magnification and redshift are those of the beam in the returned direction. Their errors are their changes over the
+    error of that direction, and the error of the beam's area (measured_light.py).
 
     Notes
     -----
     An Observer at infinity sees stars of the celestial sphere directly at infinite (alpha, beta): images of index 0 are
-    not among the images then, and `per_index` and `expected` say 0 of them.
+    then not among the images, and `per_index` and `expected` give 0 for them.
 
-    A star in line with a hole without spin and the camera, or on the spin axis with the camera, is seen as rings: these
-    are no images of it here. The remarks say which, with their radii; `expected` counts what a star beside it has.
+    A star in line with a non-spinning hole and the camera, or on the spin axis together with the camera, is seen as
+    rings, which do not count as images here. The remarks list them with their radii; `expected` counts the images of a
+    star beside it.
 
     References
     ----------

@@ -46,8 +46,8 @@ class SourceEvent(Shown):
 
     camera: Viewer = quantity("", "", "who sees it", column="")
     kind: str = quantity("", "", '"creation" or "annihilation"')
-    order: int = quantity("", "1", "of the caustic that the source crosses, that of its sphere")
-    time: float = quantity("", "GM/c^3", "of the camera")
+    order: int = quantity("", "1", "order of the caustic that the source crosses, on the sphere of the source")
+    time: float = quantity("", "GM/c^3", "time of the camera")
     emission_time: float = quantity("", "GM/c^3", "when the light left the source")
     radius: float = quantity("", "GM/c^2", "of the source then")
     theta: float = quantity("", "rad", "theta' of the source then", json="theta_deg")
@@ -72,14 +72,14 @@ class SourceLightCurve(TimeTable):
     flux: Array = quantity(
         "time",
         "light",
-        "of a source of luminosity 1 that shines alike to all sides in its own frame; of an Observer times the "
-        "squared distance; NaN where unknown",
+        "flux of a source of luminosity 1 that shines equally in all directions in its own frame; for an Observer, "
+        "times the squared distance; NaN where unknown",
     )
     error: Array = quantity("time", "light", "estimated error of flux")
-    index: Array = quantity("image", "1", "Morse index of each image: one that is there for a while counts once")
-    shares: Array = quantity("image time", "light", "what each image adds to the flux: 0 where it is not there")
+    index: Array = quantity("image", "1", "Morse index of each image; an image that exists for a while counts once")
+    shares: Array = quantity("image time", "light", "contribution of each image to the flux; 0 while it does not exist")
     emission_time: Array = quantity(
-        "image time", "GM/c^3", "when the light left the source; NaN where the image is not there"
+        "image time", "GM/c^3", "time when the light left the source; NaN while the image does not exist"
     )
     emission_time_error: Array = quantity("image time", "GM/c^3", "estimated error of emission_time")
     redshift: Array = quantity("image time", "1", "nu_camera / nu_source")
@@ -93,8 +93,8 @@ class SourceLightCurve(TimeTable):
     certified: bool = quantity(
         "",
         "1",
-        "True when the images are certified at all moments of complete search, and each of them is followed to one of "
-        "the next moment or to a pair event; pairs that live between two moments alone may be missing",
+        "True if the images are certified at all moments of complete search, and each of them is followed to an image "
+        "at the next moment or to a pair event; pairs that exist only between two moments may be missing",
     )
     remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")
 
@@ -157,32 +157,33 @@ def light_curve(
     Parameters
     ----------
     camera : Camera or Observer
-        At rest in Boyer-Lindquist coordinates, or anything else that stays at its place meanwhile; for a spot off the
+        At rest in Boyer-Lindquist coordinates, or otherwise fixed at its place for that time; for a spot, off the
         equatorial plane.
     orbit : float, Orbit or function
         A radius: a circle in the equatorial plane. An `Orbit`, or a function of the coordinate time that returns (r,
-        theta, phi), for a point alone.
+        theta, phi), for a point only.
     times : (t,) array or int
-        Times of the camera (units of the mass); a number: so many over one orbit, where that has a period.
+        Times of the camera (units of the mass); a whole number is the number of times over one orbit, if it has a
+        period.
     source : str, optional
-        "point", "ball" or "spot". Without it a spot if `orbit` is a radius, else a point.
+        "point", "ball" or "spot". By default a spot if `orbit` is a radius, else a point.
     max_index : int
-        Of a point or a ball: its images of Morse index 0 to this, at most 6.
+        For a point or a ball: highest Morse index of its images, at most 6.
     searches : int, optional
-        Of a point or a ball: at how many moments all images are searched for, 2 to 2000; without it one for every 14
-        degrees of its way.
+        For a point or a ball: number of moments at which all images are searched for, 2 to 2000; by default one for
+        every 14 degrees of its path.
     size : float
-        In units of the mass. Of a ball its radius, in its own frame, below a tenth of its distance from the hole. Of a
-        spot the deviation of its Gaussian profile along its orbit; across the orbit it is small.
+        In units of the mass. For a ball, its radius in its own frame, below a tenth of its distance from the hole. For
+        a spot, the standard deviation of its Gaussian profile along its orbit; across the orbit it is small.
     crossings : int
-        Of a spot: how many crossings of the plane add to the light.
+        For a spot: number of crossings of the plane that contribute to the light.
     motion : str
-        Of a spot: "circular" (prograde) or "retrograde".
+        For a spot: "circular" (prograde) or "retrograde".
     power : float
-        Of a spot: intensity goes by the frequency ratio g to this power, 4 for all light together, 3 + alpha in one
-        band for a spectrum that falls as the frequency to the power of -alpha.
+        For a spot: the intensity scales as the frequency ratio g to this power, 4 for the light of all frequencies,
+        3 + alpha in one band for a spectrum that falls as the frequency to the power of -alpha.
     points : int
-        Of a spot: points at which each image of the orbit is found at first; more follow where the azimuth changes fast
+        For a spot: initial number of points on each image of the orbit; more follow where the azimuth changes fast
         along it.
     progress : callable or bool, optional
         As for `caustics`.
@@ -190,31 +191,31 @@ def light_curve(
     Returns
     -------
     SourceLightCurve or LightCurve
-        Of a point or a ball: its flux for the luminosity 1, alike to all sides in its own frame, with emission times,
-        frequency ratios and places of all images, and all pair events of its middle. A pair that the edge of a ball
-        shows alone, at a caustic that its middle does not cross, is not looked for. Of a spot of intensity I and area
-        A, as r dr dphi in the frame that circles with it, the flux is I A times its `flux`: in M^2, as areas of
-        (alpha, beta), for an Observer. Times are even for the camera, and coordinate times; an Observer's are relative
-        to a plane wave.
+        For a point or a ball: its flux for the luminosity 1, equal in all directions in its own frame, with emission
+        times, frequency ratios and places of all images, and all pair events of its centre. A pair that shows only the
+        edge of a ball, at a caustic that its centre does not cross, is not searched for. For a spot of intensity I and
+        area A, as r dr dphi in the frame that circles with it, the flux is I A times its `flux`: in M^2, as areas of
+        (alpha, beta), for an Observer. Times are evenly spaced for the camera, and are coordinate times; an Observer's
+        are relative to a plane wave.
 
     Raises
     ------
     ValueError
-        If an argument is invalid; if the source comes to the horizon, or is faster than light, before the light of the
-        last time leaves it.
+        If an argument is invalid; if the source reaches the horizon, or moves faster than light, before the light of
+        the last time leaves it.
 
     Errors
     ------
-    Of a point: `SourceLightCurve.error`, by those of the beams, and beside an event by that of its time. Of a ball: by
-    how much coarser sums differ, and (size / r)^2, by which spacetime bends within it. Of a spot:
-    `LightCurve.error`, `centroid_error` and `travel_time_error`, by what half of the points give instead, at that time
-    and on average over all. Events lie where beams are flat, and are as accurate as rays.
+    Point: `SourceLightCurve.error`, from the errors of the beams, and near an event from that of its time. Ball: from
+    the difference to coarser sums, and (size / r)^2, by which spacetime bends within it. Spot: `LightCurve.error`,
+    `centroid_error` and `travel_time_error`, from the difference to half of the points, at that time and on average
+    over all times. Events lie where beams are flat, and are as accurate as rays.
 
     Notes
     -----
     A point is infinitely bright at its events, as the root of the time to them; a ball is not, and images that merge
-    share their light alike. For a Camera a spot's `flux` is in
-    steradians. Light of further crossings is fainter by e^-pi or so from one to the next without spin, by less on the
+    share their light equally. For a Camera a spot's `flux` is in
+    steradians. The light of each further crossing is fainter by e^-pi or so without spin, and by less on the
     prograde side of a spinning hole.
 
     References

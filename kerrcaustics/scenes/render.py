@@ -53,7 +53,7 @@ class Rendering(Shown):
     camera: Viewer = quantity("", "", "the camera or the observer", json="", column="")
     view: Raster = quantity("", "", "the part of its sky that is seen")
     light: Array = quantity(
-        "row column channel", "1", "linear sRGB intensity, float32, in the sky's unit; what sees nothing is 0"
+        "row column channel", "1", "linear sRGB intensity, float32, in the sky's unit; 0 for pixels that see nothing"
     )
     visible_fraction: Array | None = quantity("row column", "1", _VISIBLE)
     supersampled: int = quantity("", "1", "pixels that were supersampled")
@@ -67,9 +67,9 @@ class Rendering(Shown):
 
     @property
     def alpha(self) -> Float[Array, "height width"] | None:
-        """Opacity (h, w) of disk and volume, for another program to put something behind them; None beside a sky.
+        """Opacity (h, w) of disk and volume, for another program to put something behind them; None with a sky.
 
-        The shadow of the hole is no matter, and as clear as what is round it.
+        The shadow of the hole is not matter, and is as transparent as its surroundings.
         """
         if self.transmission is None or self.visible_fraction is not None:
             return None
@@ -83,7 +83,7 @@ class Rendering(Shown):
 
 @result("traced-view/1")
 class TracedView(Shown):
-    """The map of a view to the sky, and to a disk, made once for any sky: what `trace_view` returns."""
+    """The map of a view to the sky, and to a disk, made once for any sky: the result of `trace_view`."""
 
     camera: Viewer = quantity("", "", "the camera or the observer", json="", column="")
     view: Raster = quantity("", "", "the part of its sky that is seen")
@@ -184,7 +184,7 @@ def render(
     motion: ShutterMotion | None = None,
     progress: Progress | bool | None = None,
 ) -> Rendering:
-    """A sky seen through the hole, and a disk and matter in space round it.
+    """A sky seen through the hole, with a disk and matter in space round the hole.
 
     Each pixel holds the mean of the sky over the footprint of its beam, and of the disk over its own square.
 
@@ -192,36 +192,37 @@ def render(
     ----------
     camera : Camera or Observer
     view : View or Screen
-        Of a camera a `View`, of an observer a `Screen`.
+        A `View` for a camera, a `Screen` for an observer.
     sky : Checkerboard, Panorama, StarField or anything else with their method `light`, optional
-        Left out, it is black, and no beam is traced to it.
+        If omitted, the sky is black, and no beam is traced to it.
     disk : Disk, optional
     volume : Volume or OrbitingSpots, optional
-        Before the disk, between its images and behind it, as along the ray of each pixel; see `render_volume`.
+        In front of the disk, between its images and behind it, along the ray of each pixel; see `render_volume`.
     beaming : bool
-        Intensity times the fourth power of nu_camera / nu_source.
+        Multiply the intensity by the fourth power of nu_camera / nu_source.
     colour_shift : bool
-        Spectra move with nu_camera / nu_source: a black body has the colour of one so many times as hot.
+        Shift spectra by nu_camera / nu_source: a black body has the colour of one that is hotter by this factor.
     delay : bool
         Show the disk's pattern, which circles with it, and orbiting spots as they were when the light left them; else
         as they are now.
     time : float
-        Of the camera, for that pattern; as coordinate time, in units of the mass. That of an observer is without the
-        way to the hole, as for `Observer`.
+        Time of the camera, for that pattern; coordinate time, in units of the mass. For an observer it excludes the
+        travel time from the hole, as for `Observer`.
     quality : str
-        Largest error of the map of the sky: "draft" (0.1 pixels), "normal" (0.02), "high" (0.005); of a disk: Errors.
+        Largest error of the map of the sky: "draft" (0.1 pixels), "normal" (0.02), "high" (0.005); for a disk see
+        Errors.
     sky_radius : float
         Boyer-Lindquist radius of the sphere with the sky, beyond the camera, the disk and all photon orbits. Its
-        sources are at rest there; the flux of a star is that in the sphere's middle, in flat space.
+        sources are at rest there; the flux of a star is that at the centre of the sphere, in flat space.
     motion : ShutterMotion, optional
-        Motion while the picture is exposed; left out, and in drafts, it shows one moment, that in the middle.
+        Motion during the exposure; without it, and in drafts, the picture shows the moment in the middle.
     progress : callable or bool, optional
         As for `caustics`.
 
     Returns
     -------
     Rendering
-        Its light becomes a picture by `tone_mapped`.
+        `tone_mapped` turns its light into a picture.
 
     Raises
     ------
@@ -230,16 +231,17 @@ def render(
 
     Errors
     ------
-    Beams are good to 1e-7 rad. They are traced where the map of the sky is not smooth, and interpolated elsewhere; that
-    is off by `error` pixels of the result at most, twice what rays found that checked it. A pixel on a critical curve
-    counts by the strip of the sky that it is folded over. A footprint is the linear image of its pixel, filtered with a
-    deviation of half a pixel; pixels at the shadow edge, and those that see more than 0.5 rad, are supersampled by 16
-    beams, and by 4 those that see more than 0.2. Stars are drawn where their images lie; in supersampled pixels, by the
-    footprints of the parts. Disk: the mean over the pixel, to about 1 % or 1/255 of the brightest; beams are
-    interpolated to a hundredth of a pixel, and images that no pixel shows by 1/255 are left out; in a draft to a tenth
-    of a pixel, and images that cover no more than 1/30 of any are left out. Where a disk that is not opaque lies over
-    an edge of the sky, the mean of the product is that of the means; so it is with a volume and edges of the disk. A
-    volume: as of `render_volume` with the step 0.5.
+    Beams are good to 1e-7 rad. They are traced where the map of the sky is not smooth, and interpolated elsewhere. The
+    interpolation is off by at most `error` pixels of the result, twice the deviation found by check rays. A pixel on a
+    critical curve counts by the strip of the sky that it is folded over. A footprint is the linear image of its pixel,
+    filtered with a deviation of half a pixel. Pixels at the shadow edge, and those that see more than 0.5 rad, are
+    supersampled by 16 beams, and those that see more than 0.2 rad by 4. Stars are drawn where their images lie; in
+    supersampled pixels, by the footprints of the parts. Disk: the mean over the pixel, to about 1 % or 1/255 of the
+    brightest; beams are interpolated to a hundredth of a pixel, and images that contribute less than 1/255 to every
+    pixel are left out; in a draft beams are interpolated to a tenth of a pixel, and images that cover no more than 1/30
+    of any pixel are left out. If a disk that is not opaque lies over an edge of the sky, the mean of the product is
+    taken as the product of the means; the same holds for a volume and edges of the disk. A volume: as for
+    `render_volume` with the step 0.5.
 
     References
     ----------

@@ -41,15 +41,15 @@ class Observer(Viewer):
 
     Notes
     -----
-    The sky has two coordinates (alpha, beta) in units of M, from the direction to the hole: alpha grows toward e_phi,
-    to the right where the spin axis points up, beta toward it. At infinity b = -alpha sin i and q = beta^2 + (alpha^2 -
-    a^2) cos^2 i (Bardeen 1973). At a finite radius r a direction at the angle psi from the hole has the length
-    2 r tan(psi / 2).
+    The sky has two coordinates (alpha, beta) in units of M, from the direction to the hole: alpha increases toward
+    e_phi, to the right if the spin axis points up, and beta toward the axis. At infinity b = -alpha sin i and
+    q = beta^2 + (alpha^2 - a^2) cos^2 i (Bardeen 1973). At a finite radius r a direction at the angle psi from the hole
+    has the length 2 r tan(psi / 2).
 
-    The motion is that of the FIDO: velocity, as of a `Camera`, is "fiducial".
+    The observer moves like the FIDO: its velocity, in terms of a `Camera`, is "fiducial".
 
-    Times are those of a plane wave, without the way from the hole to the observer: r + 2 ln r is subtracted. The
-    accuracy is the same for every radius.
+    Times are those of a plane wave, without the travel time from the hole to the observer: r + 2 ln r is subtracted.
+    The accuracy is the same for every radius.
 
     Examples
     --------

@@ -48,7 +48,7 @@ class CircleCurve(Shown):
     closed: bool = quantity(
         "",
         "1",
-        "True where the curve returns to its first point (not repeated), else it ends at critical curves",
+        "True if the curve returns to its first point (not repeated), otherwise it ends at critical curves",
     )
     error: float = quantity("", "sky", "the largest error of the points on the sky")
 
@@ -89,17 +89,17 @@ class CircleImages(Shown):
     surface: End = quantity("", "", "where the circle lies", json="", column="")
     normal: tuple[float, float] = quantity("angle", "rad", "theta', phi' of the circle's normal", given=True)
     curves: tuple[CircleCurve, ...] = quantity("curve", "", "its images, by index")
-    per_index: dict[int, int] = quantity("morse_index", "1", "how many curves of each index")
-    events: PairEvents = quantity("event", "", "where two of its images meet, in the order of longitude")
+    per_index: dict[int, int] = quantity("morse_index", "1", "number of curves, by index")
+    events: PairEvents = quantity("event", "", "events at which two of its images meet, in order of longitude")
     certified: bool = quantity(
-        "", "1", "True when at every longitude as many curves pass as the winding of the caustics requires"
+        "", "1", "True if the number of curves at every longitude is that required by the winding of the caustics"
     )
     remarks: tuple[str, ...] = quantity("", "", "what is not sure", default=())
 
     @property
     @derived("", "1")
     def max_index(self) -> int:
-        """Highest Morse index that was asked for."""
+        """Highest Morse index requested."""
         return max(self.per_index)
 
     def __repr__(self) -> str:
@@ -125,13 +125,13 @@ def circle_images(
     ----------
     camera : Camera or Observer
     normal : (theta', phi') or "galactic plane"
-        Of the circle's normal, radians; the galactic plane is that of stars with theta' = 90 deg - declination and
-        phi' = right ascension.
+        Direction of the circle's normal, radians; the galactic plane is that of stars with theta' = 90 deg -
+        declination and phi' = right ascension.
     max_index : int
         0 to 6.
     end : float or Sphere
-        Radius of the circle, that of the camera or a larger one; math.inf is the celestial sphere. Within the camera's
-        radius images are followed from the source, and great circles cannot be.
+        Radius of the circle, that of the camera or larger; math.inf is the celestial sphere. Within the camera's
+        radius images are followed from the source, which is not possible for great circles.
     progress : callable or bool, optional
         As for `caustics`.
 

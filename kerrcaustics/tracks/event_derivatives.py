@@ -26,16 +26,16 @@ _SAME = 1e-6
 
 @result("event-derivatives/1", record="parameters", rows="azimuth time error")
 class EventDerivatives(Shown):
-    """Derivatives of pair events, in their order, by the numbers of the viewer's place and the level of the path.
+    """Derivatives of pair events, in their order, with respect to the viewer's parameters and the level of the path.
 
-    Of a camera that orbits, an event is at the moment -azimuth / angular_velocity.
+    For a camera that orbits, the moment of an event is -azimuth / angular_velocity.
     """
 
     parameters: tuple[str, ...] = quantity(
         "parameter",
         "",
-        "what the derivatives are by, lengths in M and angles in radians: spin, radius, inclination of the viewer, of "
-        "an Observer at infinity without the radius; the level: theta, in the plane source_radius",
+        "parameters of the derivatives, lengths in M and angles in radians: spin, radius, inclination of the viewer "
+        "(no radius for an Observer at infinity); the level: theta, in the plane source_radius",
     )
     azimuth: Array = quantity("event parameter", "1", "derivatives of the azimuth of the source at the event")
     time: Array = quantity("event parameter", "GM/c^3", "derivatives of the travel time")
@@ -57,9 +57,9 @@ def event_derivatives(camera: Viewer, events: PairEvents) -> EventDerivatives:
     Parameters
     ----------
     camera : Camera or Observer
-        The one that sees them. Its velocity does not matter to the azimuth.
+        Viewer of the events. Its velocity does not affect the azimuth.
     events : PairEvents
-        What `pair_events` returns for it, or `StarTracks.events`, on any surface.
+        Result of `pair_events` for this viewer, or `StarTracks.events`, on any surface.
 
     Returns
     -------
@@ -72,8 +72,8 @@ def event_derivatives(camera: Viewer, events: PairEvents) -> EventDerivatives:
 
     Errors
     ------
-    `EventDerivatives.error`: as for `image_derivatives`. Where the caustic runs along the path of the source, as at a
-    cusp that points along it, derivatives are infinite, and errors as large as they are.
+    `EventDerivatives.error`: as for `image_derivatives`. If the caustic runs along the path of the source, as at a
+    cusp that points along it, the derivatives are infinite, and the errors equally large.
 
     References
     ----------

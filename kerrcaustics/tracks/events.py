@@ -36,8 +36,8 @@ class PairEvent(Shown):
     kind: str = quantity(
         "",
         "",
-        '"creation" or "annihilation", as time goes on for a camera that orbits; for others, on great circles and in '
-        "the plane, as longitude grows",
+        '"creation" or "annihilation": with increasing time for a camera that orbits; for others, on great circles and '
+        "in the plane, with increasing longitude",
     )
     star: tuple[float, float] = quantity(
         "angle",
@@ -66,7 +66,7 @@ class PairEvent(Shown):
         "", "1", "True if the rays meet the sphere, within the camera's radius, for the second time"
     )
     at_cusp: bool = quantity("", "1", "True where the star passes through a cusp: the pair meets a third image")
-    remarks: tuple[str, ...] = quantity("", "", "what is unusual or uncertain; empty when nothing is")
+    remarks: tuple[str, ...] = quantity("", "", "what is unusual or uncertain; otherwise empty")
 
     def __repr__(self) -> str:
         """Summary in one line: what, which images, when."""
@@ -100,15 +100,15 @@ def pair_events(
     Parameters
     ----------
     camera : Camera or Observer
-        A camera on a circular orbit about the spin axis: its velocity has no component but the azimuthal one. For an
-        Observer the star moves, and events are in the order of its phi'.
+        A camera on a circular orbit about the spin axis: its velocity is purely azimuthal. For an Observer the star
+        moves instead, and events are in order of its phi'.
     level : float
         theta' of the star in radians; in the plane its r.
     max_index : int
-        0 to 6: pairs whose images have index up to it.
+        0 to 6: highest Morse index of the images in the pairs.
     end : float, Sphere or EquatorialPlane
         Radius of the star; math.inf is the celestial sphere. An `EquatorialPlane`: the source circles in the plane,
-        seen by any camera that does not lie in it, and events are in the order of its azimuth.
+        seen by any camera outside the plane, and events are in order of its azimuth.
     progress : callable or bool, optional
         As for `caustics`.
 
@@ -124,7 +124,7 @@ def pair_events(
 
     Errors
     ------
-    `PairEvent.error`, round-off of the caustic's point, more where it runs nearly along the star's path.
+    `PairEvent.error`: round-off of the point on the caustic, larger if the caustic runs nearly along the star's path.
 
     Examples
     --------

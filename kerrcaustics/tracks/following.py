@@ -31,26 +31,26 @@ _SAME, _SAME_ERRORS = 1e-8, 10.0
 
 @result("followed-star/1", record="certified remarks images before followed created annihilated")
 class FollowedStar(Shown):
-    """The images of a source for every viewer of a list, each linked to that of the viewer before.
+    """The images of a source for every viewer of a list, each image linked to one of the viewer before.
 
-    Images are created and annihilated in pairs of index k - 1 and k, as long as no more than one caustic was crossed in
-    one step, and but for images of index max_index, whose partner may have a higher one.
+    Images are created and annihilated in pairs of index k - 1 and k, provided that at most one caustic is crossed in
+    one step. Images of index max_index are an exception: their partner may have a higher index.
     """
 
     images: tuple[StarImages, ...] = quantity("camera", "", "one for each camera, each with its certificate")
     before: tuple[Array, ...] = quantity(
         "camera image",
         "1",
-        "for each image, which image of the camera before it continues; -1 for a new one, and for the first camera",
+        "for each image, the image of the previous camera that it continues; -1 for a new one and for the first camera",
     )
     followed: tuple[Array, ...] = quantity(
         "camera image",
         "1",
-        "True where Newton's method led from the image before to this one; else the nearest that was left over",
+        "True if Newton's method led from the previous image to this one; otherwise the nearest remaining one is taken",
     )
-    created: tuple[tuple[int, ...], ...] = quantity("camera new", "1", "for each camera its images that are new")
+    created: tuple[tuple[int, ...], ...] = quantity("camera new", "1", "new images of each camera")
     annihilated: tuple[tuple[int, ...], ...] = quantity(
-        "camera gone", "1", "for each camera the images of the camera before that are gone"
+        "camera gone", "1", "for each camera, the images of the previous camera that have disappeared"
     )
 
     @property
@@ -116,7 +116,7 @@ def follow_star(
     Parameters
     ----------
     cameras : sequence of Camera, or of Observer
-        In the order of time. Each new place costs a search of its sky (a second).
+        In order of time. Each new place requires a search of its sky (a second).
     star : (theta', phi') or (m, 2) array
         Radians, relative to the camera, whose azimuth is 0; one for all cameras, or one for each. In the plane (r,
         phi).

@@ -43,14 +43,14 @@ class Isoradial(Shown):
     """The image of a circle round the hole, at one crossing of its plane."""
 
     camera: Viewer = quantity("", "", "who sees it", column="")
-    crossing: int = quantity("", "1", "which crossing of the plane, from 1")
-    radius: float = quantity("", "GM/c^2", "of the circle")
+    crossing: int = quantity("", "1", "number of the crossing of the plane, counted from 1")
+    radius: float = quantity("", "GM/c^2", "radius of the circle")
     sky: Array = quantity(
         "point axis", "1", "points N of the image, in order, the first one not repeated; of an Observer (alpha, beta)"
     )
     azimuth: Array = quantity("point", "rad", "phi of the circle's points that are seen there, unwrapped")
     error: Array = quantity("point", "sky", "estimated error of the points, across the curve")
-    redshift: Array = quantity("point", "1", "nu_camera / nu_emitter of what shines there; NaN where nothing can")
+    redshift: Array = quantity("point", "1", "nu_camera / nu_emitter of an emitter there; NaN if there can be none")
     redshift_error: Array = quantity("point", "1", "error of redshift")
     width: Array = quantity("point", "sky", "length on the sky, across the curve, for a unit of radius")
     edge_phase: Array = quantity("point", "rad", "parameter of the shadow edge from which the point's line starts")
@@ -58,8 +58,8 @@ class Isoradial(Shown):
     time: Array | None = quantity(
         "point",
         "GM/c^3",
-        "travel time from the circle to the camera; to an Observer that of a plane wave, less r + 2 ln r of the "
-        "observer; None if not asked for",
+        "travel time from the circle to the camera; for an Observer, that of a plane wave, minus r + 2 ln r of the "
+        "observer; None if not requested",
         default=None,
     )
     time_error: Array | None = quantity("point", "GM/c^3", "estimated error of time; None as that", default=None)
@@ -72,7 +72,7 @@ class Isoradial(Shown):
 
 @result("isoradials/1", record="certified remarks isoradials")
 class IsoradialSet(Items[Isoradial]):
-    """The images of a disk's rims, crossing by crossing: what `isoradials` returns, a sequence of `Isoradial`."""
+    """The images of a disk's rims, crossing by crossing: a sequence of `Isoradial`, returned by `isoradials`."""
 
     isoradials: tuple[Isoradial, ...] = quantity("curve", "", "inner and outer rim of the first image, then the next")
     certified: bool = quantity(
@@ -102,13 +102,13 @@ def isoradials(
     ----------
     camera : Camera or Observer
     radii : (k,) array
-        Of the circles, outside the horizon: the rims of a disk.
+        Radii of the circles, outside the horizon: the rims of a disk.
     crossings : int
-        How many images of each, from the first crossing of the plane on.
+        Number of images of each circle, from the first crossing of the plane on.
     points : int
-        Lines across the shadow edge on which each image is sought.
+        Number of lines across the shadow edge on which each image is searched for.
     motion : str
-        Of what shines there, for the redshift; an emitter of `EquatorialPlane`.
+        Motion of the emitter there, for the redshift; an emitter of `EquatorialPlane`.
     time : bool
         Whether to compute the travel times.
     progress : callable or bool, optional
@@ -117,7 +117,7 @@ def isoradials(
     Returns
     -------
     IsoradialSet
-        For each crossing, the images of all circles. Circles that are not found at a crossing are left out, and stand
+        For each crossing, the images of all circles. Circles that are not found at a crossing are left out and listed
         in the remarks.
 
     Raises
@@ -127,8 +127,8 @@ def isoradials(
 
     Errors
     ------
-    `Isoradial.error`: that of the ray, of what the search left and of the direction itself, across the curve; in M for
-    an Observer. `Isoradial.time_error`.
+    `Isoradial.error`: the errors of the ray, of the search and of the direction itself, across the curve; in M for
+    an Observer. `Isoradial.time_error`: that of the travel time.
 
     References
     ----------

@@ -63,9 +63,9 @@ class LightCurve(TimeTable):
     """The light of a spot that circles the hole, as a viewer receives it."""
 
     camera: Viewer = quantity("", "", "who receives it", json="", column="")
-    radius: float = quantity("", "GM/c^2", "of the orbit", json="orbit")
-    size: float = quantity("", "GM/c^2", "deviation of the spot along its orbit")
-    period: float = quantity("", "GM/c^3", "of the orbit")
+    radius: float = quantity("", "GM/c^2", "radius of the orbit", json="orbit")
+    size: float = quantity("", "GM/c^2", "standard deviation of the spot along its orbit")
+    period: float = quantity("", "GM/c^3", "period of the orbit")
     time: Array = quantity(
         "time",
         "GM/c^3",
@@ -77,8 +77,8 @@ class LightCurve(TimeTable):
         "solid angle times g^power, for a spot of unit intensity and unit area; NaN where unknown",
     )
     error: Array = quantity("time", "solid angle", "estimated error of the flux, of all its crossings")
-    shares: Array = quantity("crossing time", "solid angle", "what each crossing adds to the flux")
-    power: float = quantity("", "1", "of the frequency ratio g, by which intensity goes")
+    shares: Array = quantity("crossing time", "solid angle", "contribution of each crossing to the flux")
+    power: float = quantity("", "1", "power of the frequency ratio g with which the intensity scales")
     centroid: Array = quantity(
         "time axis", "1", "mean direction N of the light, a unit vector; of an Observer the mean (alpha, beta)"
     )
@@ -86,15 +86,15 @@ class LightCurve(TimeTable):
     travel_time: Array = quantity(
         "crossing time",
         "GM/c^3",
-        "mean, of the light of each crossing; to an Observer that of a plane wave, less r + 2 ln r of the observer; "
-        "NaN without light",
+        "mean travel time of the light of each crossing; for an Observer, that of a plane wave, minus r + 2 ln r of "
+        "the observer; NaN without light",
     )
     travel_time_error: Array = quantity("crossing time", "GM/c^3", "estimated error of travel_time")
     events: tuple[SpotEvent, ...] = quantity("event", "", "creations and annihilations of images, in order of time")
     certified: bool = quantity(
         "",
         "1",
-        "True when no image of the orbit, and no event, is missing at the crossings that were asked for: each is one "
+        "True when no image of the orbit, and no event, is missing at the requested crossings: each is one "
         "closed curve round the shadow, along which the azimuth runs as the Morse index says, once round in all",
     )
     remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")

@@ -46,10 +46,10 @@ class LineCrossings(Shown):
     time: Array = quantity("crossing", "GM/c^3", TRAVEL_TIME)
     time_error: Array = quantity("crossing", "GM/c^3", "error of time")
     error: Array = quantity("crossing", "sky", "error along the line")
-    per_index: dict[int, int] = quantity("morse_index", "1", "how many crossings of each index")
-    expected: dict[int, int] = quantity("morse_index", "1", "the same counted along the curves of `circle_images`")
-    certified: bool = quantity("", "1", "True when both agree, and the first count left nothing open")
-    remarks: tuple[str, ...] = quantity("", "", "what is not sure", default=())
+    per_index: dict[int, int] = quantity("morse_index", "1", "number of crossings, by index")
+    expected: dict[int, int] = quantity("morse_index", "1", "the same, counted along the curves of `circle_images`")
+    certified: bool = quantity("", "1", "True if both counts agree, and the first one left nothing undecided")
+    remarks: tuple[str, ...] = quantity("", "", "what is uncertain", default=())
 
 
 class _SkyLine:
@@ -123,13 +123,13 @@ def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCros
     Parameters
     ----------
     images : CircleImages
-        What `circle_images` returned.
+        Result of `circle_images`.
     line : float or (2, 3) array
-        The line straight away from the shadow that leaves its edge at this edge phase, radians, from the direction
-        opposite to the hole to the critical curve that bounds the highest index: 0 the prograde (flat) edge and pi the
-        retrograde one of a camera on the equator, pi / 2 and 3 pi / 2 next to the poles. Or its two ends, directions N;
-        of an Observer (alpha, beta), shape (2, 2).
-        The line between is part of a great circle on the sky of a camera at rest at the same event.
+        Edge phase, radians, at which the line leaves the shadow edge, straight away from the shadow. The line runs from
+        the direction opposite to the hole to the critical curve that bounds the highest index. For a camera on the
+        equator, 0 is the prograde (flat) edge and pi the retrograde one; pi / 2 and 3 pi / 2 lie next to the poles.
+        Alternatively, the two ends of the line, directions N; for an Observer (alpha, beta), shape (2, 2).
+        The line between them is part of a great circle on the sky of a camera at rest at the same event.
 
     Returns
     -------

@@ -19,8 +19,8 @@ Array = np.ndarray
 class Track(Shown):
     """A connected curve on the camera sky along which images of a star move, through regions of several indices.
 
-    Its points are in the order of the curve; a closed one does not repeat its first point. It leads through the events,
-    where images of two indices meet: there `index` is that of the inner side, and `parity` is 0.
+    Its points are in the order of the curve; a closed track does not repeat its first point. A track leads through the
+    events, where images of two indices meet: there `index` is that of the inner side, and `parity` is 0.
     """
 
     camera: Viewer = quantity("", "", "who sees it", column="")
@@ -29,14 +29,14 @@ class Track(Shown):
     azimuth: Array = quantity(
         "point",
         "rad",
-        "phi' of the star relative to the camera at which there is an image here, continuous along the curve. The time "
-        "is -azimuth / angular velocity, and any number of periods more",
+        "phi' of the star relative to the camera when it has an image here, continuous along the curve. The time "
+        "is -azimuth / angular velocity, plus any number of periods",
         json="phi_deg",
     )
     index: Array = quantity("point", "1", "Morse index")
     parity: Array = quantity("point", "1", "(-1)^index")
     magnification: Array = quantity(
-        "point", "magnification", "1 / |det J|: area on the sky by area of the surface, r dr dphi in the plane"
+        "point", "magnification", "1 / |det J|: area on the sky per area of the surface, r dr dphi in the plane"
     )
     magnification_error: Array = quantity("point", "magnification", "error of magnification; infinite next to events")
     redshift: Array = quantity("point", "1", "nu_camera / nu_source")
@@ -52,7 +52,7 @@ class Track(Shown):
     )
     turns: int = quantity("", "1", "whole turns by which the azimuth grows along a closed track; 0 for others")
     events: tuple[PairEvent, ...] = quantity("track_event", "", "events in the order of the curve")
-    places: tuple[int, ...] = quantity("track_event", "1", "which point each event is", json="event_points")
+    places: tuple[int, ...] = quantity("track_event", "1", "number of the point at each event", json="event_points")
 
     def __len__(self) -> int:
         """Number of points."""

@@ -43,16 +43,16 @@ _TOGETHER = 256
     record="camera surface level max_index angular_velocity period certified remarks tracks events ends",
 )
 class StarTracks(Shown):
-    """All tracks of a source that circles about the spin axis, or rests while the camera does."""
+    """All tracks of a source that circles the spin axis, or that is at rest while the camera circles it."""
 
     camera: Viewer = quantity("", "", "who sees them", json="", column="")
     surface: End = quantity("", "", "where the source lies", json="", column="")
     level: float = quantity("", "level", "theta' of the source; in the plane r", json="star", given=True)
-    max_index: int = quantity("", "1", "highest Morse index that was asked for")
+    max_index: int = quantity("", "1", "highest Morse index requested")
     angular_velocity: float = quantity(
-        "", "c^3/GM", "of the camera: coordinate azimuth per coordinate time; 0 where the source moves instead"
+        "", "c^3/GM", "coordinate azimuth per coordinate time of the camera; 0 if the source moves instead"
     )
-    period: float = quantity("", "GM/c^3", "time of one orbit of the camera; infinite where the source moves instead")
+    period: float = quantity("", "GM/c^3", "time of one orbit of the camera; infinite if the source moves instead")
     tracks: tuple[Track, ...] = quantity("track", "", "tracks, those with images of low index first")
     events: PairEvents = quantity(
         "event", "", "pair creations and annihilations of images up to max_index, in the order of time"
@@ -65,7 +65,7 @@ class StarTracks(Shown):
     certified: bool = quantity(
         "",
         "1",
-        "True when the number of images of each index is at all azimuths what the certificate says (see `StarImages`), "
+        "True if the number of images of each index agrees with the certificate at all azimuths (see `StarImages`), "
         "and nothing is in doubt",
     )
     remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")
@@ -84,7 +84,7 @@ class StarTracks(Shown):
     def images_at(
         self, time: ArrayLike | None = None, *, azimuth: ArrayLike | None = None
     ) -> StarImages | tuple[StarImages, ...]:
-        """All images at a moment, or at many: of a star in line with the camera at time 0, or by its azimuth.
+        """All images at one moment or several: of a star in line with the camera at time 0, or at given azimuths.
 
         Parameters
         ----------
@@ -96,8 +96,8 @@ class StarTracks(Shown):
         Returns
         -------
         StarImages, or a tuple of them for arrays
-            As `star_images` gives them: from tracks on the celestial sphere, or on one beyond the camera, where the
-            counts agree; else by a full search.
+            As from `star_images`: from the tracks if the star lies on the celestial sphere, or on one beyond the
+            camera, and the counts agree; otherwise from a full search.
         """
         if (time is None) == (azimuth is None):
             raise ValueError("Arguments `time` and `azimuth`: exactly one of them must be given.")
@@ -148,16 +148,16 @@ def star_tracks(
     Parameters
     ----------
     camera : Camera or Observer
-        A camera on a circular orbit about the spin axis: its velocity has no component but the azimuthal one. For an
-        Observer the star moves, once round.
+        A camera on a circular orbit about the spin axis: its velocity is purely azimuthal. For an Observer the star
+        moves instead, once round.
     level : float
-        theta' of the star in radians. The images of a star at a pole stand still: tracks of one point. In the plane its
-        r.
+        theta' of the star in radians; in the plane its r. The images of a star at a pole do not move: their tracks are
+        single points.
     max_index : int
-        0 to 6: images with Morse index up to it.
+        0 to 6: highest Morse index of the images.
     end : float, Sphere or EquatorialPlane
         Radius of the star; math.inf is the celestial sphere. An `EquatorialPlane`: the source
-        circles in the plane, seen by any camera that does not lie in it.
+        circles in the plane, seen by any camera outside the plane.
     progress : callable or bool, optional
         As for `caustics`.
 

@@ -35,18 +35,18 @@ METHODS = get_args(WaveMethod)
     rows="frequency real imaginary error method",
 )
 class Amplification(FrequencyTable):
-    """The field of a monochromatic source, by that which it would have without the hole."""
+    """The field of a monochromatic source, divided by its field without the hole."""
 
     camera: Viewer = quantity("", "", "who sees it", json="", column="")
     surface: End = quantity("", "", "where the source lies", json="", column="")
     source: tuple[float, float] = quantity("angle", "place", "theta', phi' of the source", given=True)
-    max_index: int = quantity("", "1", "highest Morse index that was asked for")
+    max_index: int = quantity("", "1", "highest Morse index requested")
     frequency: Array = quantity("wave", "c^3/GM", "angular frequency at infinity, times the mass")
     real: Array = quantity("wave", "1", "real part of the field; of an Observer at infinity in GM/c^2")
     imaginary: Array = quantity("wave", "1", "imaginary part")
     error: Array = quantity("wave", "1", "estimated error of the field")
-    method: Array = quantity("wave", "1", "what gave the brightest part: images, fold, cusp, ring or line")
-    image_index: Array = quantity("image", "1", "Morse index n of each image that takes part")
+    method: Array = quantity("wave", "1", "method for the brightest part: images, fold, cusp, ring or line")
+    image_index: Array = quantity("image", "1", "Morse index n of each image that contributes")
     image_amplitude: Array = quantity(
         "image", "1", "g sqrt(mu): the modulus of the image's wave; of an Observer at infinity in GM/c^2"
     )
@@ -91,28 +91,29 @@ def amplification(
     source : (theta', phi')
         A point on the sphere of `end`, radians.
     frequencies : array or float
-        Angular frequencies at infinity times the mass, 0.05 or more in modulus; negative ones have the complex
+        Angular frequencies at infinity times the mass, 0.05 or more in modulus; negative frequencies give the complex
         conjugate. A wavelength is 2 pi / frequency, in units of the mass.
     max_index : int
-        0 to 6: images with Morse index up to it, and those that belong to the same ring.
+        0 to 6: highest Morse index of the images; others that belong to the same ring are included.
     end : float, CelestialSphere or Sphere
         Radius of the source; math.inf is the celestial sphere. A source in the equatorial plane lies on the sphere of
         its radius.
     method : str
-        "auto", for each frequency what has the smallest error; or one of these everywhere: "images", their sum; "fold",
-        pairs beside folds by Airy functions; "cusp", three images within a cusp by Pearcey's integral; "ring", pairs
-        across an axis by Bessel functions; "line", one integral for each ring.
+        "auto", for each frequency the method with the smallest error; or one method for all frequencies: "images",
+        their sum; "fold", pairs beside folds by Airy functions; "cusp", three images within a cusp by Pearcey's
+        integral; "ring", pairs across an axis by Bessel functions; "line", one integral for each ring.
     progress : callable or bool, optional
         As for `caustics`.
 
     Returns
     -------
     Amplification
-        The field by that of the same source without the hole, which is 1; waves go as exp(-i omega t), and times are
-        those of `trace_rays`. Of an Observer at infinity and the celestial sphere it is the scattering amplitude, a
-        length: |f|^2 is the cross section by solid angle, without the incident wave. The strength of a source at a
-        finite radius is by coordinate time, and its field without the hole that at the distance in flat space of both
-        places, as their coordinates have them: source and viewer may change places.
+        The field divided by that of the same source without the hole, which is thus 1; waves go as
+        exp(-i omega t), and times are those of `trace_rays`. For an Observer at infinity and the celestial sphere
+        it is the scattering amplitude, a length: |f|^2 is the cross section per solid angle, without the incident wave.
+        The strength of a source at a finite radius refers to coordinate time, and its field without the hole is that
+        at the flat-space distance between the two places, computed from their coordinates: source and viewer may
+        be interchanged.
 
     Raises
     ------

@@ -51,8 +51,8 @@ class DiffractionPattern(Shown):
     camera: Viewer = quantity("", "", "who sees it", json="", column="")
     surface: End = quantity("", "", "where the sources lie", json="", column="")
     frequency: float = quantity("", "c^3/GM", "angular frequency at infinity, times the mass")
-    max_index: int = quantity("", "1", "highest Morse index that was asked for")
-    orders: tuple[int, ...] = quantity("", "1", "orders of the critical curves whose images take part")
+    max_index: int = quantity("", "1", "highest Morse index requested")
+    orders: tuple[int, ...] = quantity("", "1", "orders of the critical curves whose images contribute")
     theta: Array = quantity("row", "rad", "theta' of the sources")
     phi: Array = quantity("column", "rad", "phi' of the sources")
     real: Array = quantity("row column", "1", "real part of the field; of an Observer at infinity in GM/c^2")
@@ -82,7 +82,7 @@ def diffraction_pattern(
     pixels: int = 200,
     progress: Progress | bool | None = None,
 ) -> DiffractionPattern:
-    """The field of sources around a caustic, as `amplification` has it of one.
+    """The field of sources around a caustic, as `amplification` gives it for one source.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def diffraction_pattern(
 
     Errors
     ------
-    As for `amplification`, and what the interpolation misses sources between by.
+    As for `amplification`, plus the error of the interpolation for sources in between.
 
     References
     ----------
