@@ -14,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 # It says of every device of other makers that it is not there.
 logging.getLogger("jax._src.xla_bridge").setLevel(logging.WARNING)
-# It tells of each part of each font that it embeds.
+# It reports each part of each font that it embeds.
 logging.getLogger("fontTools").setLevel(logging.WARNING)
 
 project = "kerrcaustics"

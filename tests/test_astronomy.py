@@ -223,7 +223,7 @@ def test_what_is_no_healpix_is_refused(healpy):
 
 
 @pytest.mark.parametrize("call", ["to_fits('x.fits')", "to_healpix(4)"])
-def test_missing_packages_are_told_by_name(call):
+def test_missing_packages_are_reported_by_name(call):
     code = (
         "import sys; sys.modules.update({'astropy': None, 'astropy_healpix': None})\n"
         "import numpy as np, kerrcaustics as kc; from kerrcaustics.images.counts import CountMap\n"
@@ -235,7 +235,7 @@ def test_missing_packages_are_told_by_name(call):
     assert 'pip install "kerrcaustics[astro]"' in done.stdout
 
 
-def test_the_command_tells_the_scale(capsys):
+def test_the_command_says_the_scale(capsys):
     status, out, _ = run(capsys, "scale", "--mass", "4.3e6", "--distance", 8180, "--json", "-")
     found, scale = json.loads(out), kc.PhysicalScale(4.3e6, 8180.0)
     assert status == 0 and found["schema"] == "kerrcaustics/scale/1"

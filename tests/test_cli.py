@@ -180,7 +180,7 @@ def test_a_folder_without_permission_is_refused(capsys, tmp_path):
         (("light-curve", *HERE[1:], "--orbit", "6", "--crossings", "{}"), ("light_curve", "crossings")),
     ],
 )
-def test_limits_are_those_of_the_package_and_told_before_it_is_loaded(arguments, package, capsys, monkeypatch):
+def test_limits_are_those_of_the_package_and_reported_before_it_is_loaded(arguments, package, capsys, monkeypatch):
     function, name = package
     places = {"star": (1.0, 1.0)} if function == "star_images" else {"orbit": 6.0} if function == "light_curve" else {}
     with pytest.raises(ValueError, match=f"Argument `{name}` must be a whole number from") as caught:

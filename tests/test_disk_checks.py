@@ -148,7 +148,7 @@ def test_profiles_of_laws_and_bins():
 
 
 @pytest.mark.slow
-def test_a_profile_that_cannot_be_told_is_unknown():
+def test_a_profile_that_cannot_be_reported_is_unknown():
     # The ninth image lies closer to the shadow edge than directions can resolve from as far.
     unknown = kc.line_profile(kc.Camera(0.3, 1e8, 1.0, "static"), 6.0, 7.0, crossing=9, bins=5, radii=4, turns=4)
     assert np.isnan(unknown.flux).all() and np.isinf(unknown.error).all()
@@ -172,7 +172,7 @@ def test_cells_are_shared_among_bins():
     assert found == pytest.approx(reported, abs=3e-3) and found.sum() == pytest.approx(weight.sum(), rel=1e-12)
 
 
-def test_nodes_tell_what_lies_between():
+def test_nodes_say_what_lies_between():
     node = 2 + 1.5 * (1 - np.cos(math.pi * np.arange(17) / 16))
     at = np.linspace(2.01, 4.93, 50)
     value, slope = barycentric(node, at)

@@ -329,7 +329,7 @@ def test_closed_channels_say_why(address):
         assert connection.getresponse().status == status
 
 
-def test_work_is_told_while_it_lasts(address):
+def test_work_is_reported_while_it_lasts(address):
     with opened(address) as socket:
         socket.recv()
         socket.send(asked("full", spin=0.987, orders=4))

@@ -185,7 +185,7 @@ def test_discs_agree_with_sums_over_rays(camera, star, size, max_index):
     assert abs(seen.total - expected) < 3 * error + 5e-4 * expected and error < 1e-2 * expected
 
 
-def test_curves_are_drawn_saved_and_told(tmp_path):
+def test_curves_are_drawn_saved_and_reported(tmp_path):
     seen = kc.magnification(CAMERA, (1.77, -1.07), 0.02)
     ax = seen.plot()
     assert ax.patches and ax.get_legend() is not None

@@ -94,7 +94,7 @@ def test_frames_may_be_damaged_anywhere(harm, path, kept, whole, tmp_path):
 
 
 @pytest.mark.parametrize("harm", HARM)
-def test_frames_tell_their_film_where_its_description_is_damaged(harm, path, kept, whole):
+def test_frames_say_their_film_where_its_description_is_damaged(harm, path, kept, whole):
     HARM[harm](kept / "film.json", random.Random(6))
     assert gone_on(path)[1] == list(range(DRAWN, 8))
     assert path.read_bytes() == whole and list(path.parent.iterdir()) == [path]

@@ -104,7 +104,7 @@ def test_a_harmed_frame_is_drawn_again(harm, path, whole):
     assert path.read_bytes() == whole
 
 
-def test_a_frame_that_is_harmed_while_the_film_is_written_is_told(path, monkeypatch):
+def test_a_frame_that_is_harmed_while_the_film_is_written_is_reported(path, monkeypatch):
     interrupted(path, 11)
 
     def written(_path, pictures, _rate):
@@ -129,7 +129,7 @@ def test_a_frame_that_fails_costs_no_other(path, whole):
     assert drawn == [3, 5] and result.reused == 10 and path.read_bytes() == whole
 
 
-def test_frames_of_a_changed_scene_are_kept_and_what_differs_is_told(path, whole):
+def test_frames_of_a_changed_scene_are_kept_and_what_differs_is_reported(path, whole):
     interrupted(path, 7)
     kept = {file.name: file.read_bytes() for file in frames_folder(path).iterdir()}
     for scene, quality, reported in (
@@ -242,7 +242,7 @@ def test_a_film_in_another_size(option, value, size, path, scenes, capsys):
         assert (film.streams.video[0].width, film.streams.video[0].height) == size
 
 
-def test_command_tells_what_failed_and_goes_on(path, whole, scenes, capsys):
+def test_command_says_what_failed_and_goes_on(path, whole, scenes, capsys):
     target = path.with_suffix(".json")
     arguments = ("film", scenes('{"fails": [3]}'), "--output", path, "--json", target)
     status, out, err = run(capsys, *arguments)

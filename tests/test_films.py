@@ -116,7 +116,7 @@ def test_frames_of_other_settings_are_not_taken_and_not_thrown_away(tmp_path):
     assert drawn == list(range(FRAMES))
 
 
-def test_a_film_tells_its_progress_as_other_calls_do(tmp_path, monkeypatch):
+def test_a_film_says_its_progress_as_other_calls_do(tmp_path, monkeypatch):
     heard, bar_heard = [], []
     make_film(tmp_path / "one.gif", small_film(), progress=lambda *what: heard.append(what))
     monkeypatch.setattr("kerrcaustics.results.progress.bar", lambda _after: nullcontext(lambda *w: bar_heard.append(w)))

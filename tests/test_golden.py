@@ -48,11 +48,11 @@ def test_what_is_the_same_is_equal_whatever_time_it_took(reported):
     assert reported(seconds=9.0) == (0, [])
 
 
-def test_a_changed_number_is_told_in_units_of_its_error(reported):
+def test_a_changed_number_is_reported_in_units_of_its_error(reported):
     assert reported(azimuth=AZIMUTH + STEP) == (1, ["api: azimuth: at most 2e-06 off, in 1 of 3, 2 of the error"])
 
 
-def test_a_change_in_the_last_bit_is_told(reported):
+def test_a_change_in_the_last_bit_is_reported(reported):
     status, (line,) = reported(error=ERROR * (1 + 2**-52))
     assert status == 1 and line.startswith("api: error: at most 2")
 
@@ -81,7 +81,7 @@ def test_whole_numbers_do_not_pass(indices, reported):
     assert status == 1 and line.startswith("api: events[].indices: ")
 
 
-def test_fields_that_are_gone_and_new_are_told(reported):
+def test_fields_that_are_gone_and_new_are_reported(reported):
     event = {"kind": "Event", "fields": {"moment": 2.0, "indices": {"tuple": [0, 1]}}}
     expected = ["api:", "events[].time: gone", "events[].moment: new", "class PairEvent -> Event (passes)"]
     assert reported(events={"tuple": [event]}) == (1, expected)
@@ -97,16 +97,16 @@ def test_a_field_is_not_renamed_elsewhere(reported):
     assert reported(["StarTracks.time=moment"]) == (0, [])
 
 
-def test_a_list_of_another_length_is_told(reported):
+def test_a_list_of_another_length_is_reported(reported):
     status, lines = reported(events={"tuple": [EVENT, EVENT]})
     assert status == 1 and "events.length: at most 1 off, in 1 of 1" in lines
 
 
-def test_a_changed_text_is_told(reported):
+def test_a_changed_text_is_reported(reported):
     assert reported(says="no pairs") == (1, ["cli: json.says: 'none' -> 'no pairs'"])
 
 
-def test_more_beams_are_told_and_fewer_requests_pass(reported):
+def test_more_beams_are_reported_and_fewer_requests_pass(reported):
     cost = {"requests": 2, "rays": 0, "beams": 41}
     assert reported(cost=cost) == (1, ["api:", "equal to the bit", "requests: 3 -> 2 (passes)", "beams: 40 -> 41"])
 
@@ -117,7 +117,7 @@ def test_a_little_more_may_pass(factor, status, made):
     assert compare(made("old"), new, "*", [], Passing(cost=factor)) == status
 
 
-def test_a_lost_entry_is_told(made, capsys):
+def test_a_lost_entry_is_reported(made, capsys):
     old, new = made("old"), made("new")
     index = json.loads((new / "index.json").read_text())
     del index["entries"]["cli"]
@@ -126,7 +126,7 @@ def test_a_lost_entry_is_told(made, capsys):
     assert "cli: gone" in capsys.readouterr().out
 
 
-def test_a_refusal_is_told(made, capsys):
+def test_a_refusal_is_reported(made, capsys):
     old, new = made("old"), made("new")
     (new / "cli.json").write_text(json.dumps({"refused": "ValueError: no."}))
     assert compare(old, new, "cli", [], Passing()) == 1 and compare(new, old, "cli", [], Passing()) == 1

@@ -216,7 +216,7 @@ def test_frames_of_a_light_curve_show_the_images_that_are_there():
 
 
 @pytest.mark.slow
-def test_command_tells_draws_and_saves_a_light_curve(capsys, tmp_path):
+def test_command_says_draws_and_saves_a_light_curve(capsys, tmp_path):
     figure, saved = tmp_path / "light.png", tmp_path / "light.npz"
     options = ["--spin", "0.9", "--radius", "50", "--inclination", "60", "--orbit", "8", "--size", "0.5"]
     files = ["--figure", figure, "--save", saved, "--json", "-"]

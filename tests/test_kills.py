@@ -232,7 +232,7 @@ def test_a_film_that_is_killed_while_it_is_written_ends_up_the_same(tmp_path, go
     film.check_finished(film.start())
 
 
-def test_a_frame_that_kills_its_process_is_told_and_costs_no_other(tmp_path):
+def test_a_frame_that_kills_its_process_is_reported_and_costs_no_other(tmp_path):
     film = film_in(tmp_path, frames=6, kills=[2])
     process = film.start("--workers", 2, env={**os.environ, "DEATHS": "3"})
     out = reported(process)
@@ -269,7 +269,7 @@ def test_workers_that_are_always_killed_end_the_sweep_which_goes_on_later(sweep)
     sweep.check_finished(sweep.start("--workers", 2))
 
 
-def test_points_that_kill_their_process_are_told_and_cost_no_other(tmp_path):
+def test_points_that_kill_their_process_are_reported_and_cost_no_other(tmp_path):
     scene = written(tmp_path, "spin = [0.5, 0.9]\nradius = [3, 13]\norders = 1\nblock = 1\n", "deadly.toml")
     work = replace(sweep_in(tmp_path, QUICK), scene=scene)
     process = work.start("--workers", 2, env={**os.environ, "DEATHS": "3"})

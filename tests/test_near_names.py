@@ -114,7 +114,7 @@ def test_a_key_of_a_scene_may_be_another(change, tmp_path, assert_refused):
     assert_refused(("render", "scene.toml", "--set", change), f"Scene scene.toml: {KEYS[change]}")
 
 
-def test_scripts_that_are_loaded_are_told_too():
+def test_scripts_that_are_loaded_are_reported_too():
     with pytest.raises(ImportError, match="did you mean checkerboard"):
         scripts.FIGURES.load("chekerboard")
 
@@ -132,7 +132,7 @@ DEGREES = {
 
 
 @pytest.mark.parametrize("code", DEGREES)
-def test_degrees_in_the_place_of_radians_are_told(code):
+def test_degrees_in_the_place_of_radians_are_reported(code):
     with pytest.raises(ValueError) as raised:
         eval(code)
     assert str(raised.value).endswith(DEGREES[code])

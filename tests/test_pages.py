@@ -183,6 +183,6 @@ def test_no_page_is_wider_than_its_window(site):
         ("exposure", "howto/how_1_exposure"),
     ],
 )
-def test_search_answers_with_the_page_that_tells(site, word, first):
+def test_search_answers_with_the_page_that_says(site, word, first):
     needs_chromium()
     assert search_results(site, word)[0] == f"{first}.html"

@@ -240,7 +240,7 @@ def test_a_part_of_a_picture_counts_degrees_from_the_middle_of_the_whole():
     assert middle == ["20"]
 
 
-def test_colours_and_dashes_tell_ten_orders_apart():
+def test_colours_and_dashes_say_ten_orders_apart():
     assert len({str(style.order_line(order)) for order in range(1, 11)}) == 10
     assert len({str(style.index_line(index)) for index in range(7)}) == 7
     assert style.order_name(1) == "primary" and style.order_name(4) == "4th order"

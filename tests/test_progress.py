@@ -38,7 +38,7 @@ CALLS = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CALLS)
-def test_long_calls_tell_what_they_do(name):
+def test_long_calls_say_what_they_do(name):
     call, word = CALLS[name]
     reported = []
     call(lambda *what: reported.append(what))
@@ -72,7 +72,7 @@ def test_steps_within_steps_are_parts_of_the_whole():
     assert [part for _, part in reported] == [0.0, 0.0, 0.125, 0.25, 0.375, 0.5, 0.5, 0.625, 0.75, 0.875, 1.0]
 
 
-def test_without_a_listener_nothing_is_told(capsys):
+def test_without_a_listener_nothing_is_reported(capsys):
     assert outer(3) == 3 * ["result"] and outer(3, None) == 3 * ["result"]
     with listening(lambda *_: pytest.fail("told")):
         assert inner(progress=False) == "result"

@@ -116,7 +116,7 @@ def test_verdicts_are_counted_and_faults_listed(capsys, records):
     assert ["spin: a < 1", "auto", "FAIL", "index 2; n' <10>"] in page.rows
 
 
-def test_missing_studies_other_versions_and_machines_are_told(capsys, records):
+def test_missing_studies_other_versions_and_machines_are_reported(capsys, records):
     page, _, out = page_of(capsys)
     others = [name for name in STUDIES.names() if name not in ("accuracy", "cost", "stability")]
     assert others and all(f"kerrcaustics study {name}" in page.text and name in out for name in others)
@@ -221,7 +221,7 @@ def main(output: Path) -> list[Path]:
 
 
 @pytest.mark.slow
-def test_missing_studies_are_run_and_one_that_fails_is_told(capfd, records, scripts_at):
+def test_missing_studies_are_run_and_one_that_fails_is_reported(capfd, records, scripts_at):
     studies = records / "scripts"
     for name in ("accuracy", "good", "bad"):
         first = "1 / 0" if name == "bad" else "print(output)"

@@ -63,7 +63,7 @@ def test_equality_sees_every_field(kind):
 
 
 @pytest.mark.parametrize("count", [0, 1, 3])
-def test_a_record_is_json_whose_names_tell_the_unit(kind, count):
+def test_a_record_is_json_whose_names_say_the_unit(kind, count):
     made = example(kind, count)
     entry = json.loads(json.dumps(kc.record(made, points=True), allow_nan=False))
     assert re.fullmatch(r"kerrcaustics/[a-z-]+/1", entry["schema"])
@@ -150,7 +150,7 @@ def test_rays_of_any_shape(shape, tmp_path):
     np.testing.assert_array_equal(data.magnification, made.magnification)
 
 
-def test_docstrings_tell_every_field(kind):
+def test_docstrings_say_every_field(kind):
     text = " ".join(kind.__doc__.split())
     for name, about in stored(kind).items():
         if not name.startswith("_"):
@@ -158,7 +158,7 @@ def test_docstrings_tell_every_field(kind):
             assert kind in GIVEN or about.text[1:] in text
 
 
-def test_the_page_tells_every_public_result():
+def test_the_page_says_every_public_result():
     page = (Path(__file__).parents[1] / "docs" / "results.md").read_text(encoding="utf-8")
     rows = dict(re.findall(r"^\| `(\w+)` \|.*\| `(kerrcaustics/[^`]+)` \|$", page, re.MULTILINE))
     assert rows == {kind.__name__: LAYOUTS[kind].schema for kind in KINDS}

@@ -108,7 +108,7 @@ def test_a_scene_says_size_frames_and_moments(scene):
             film.moment(number)
 
 
-def test_the_record_tells_what_frames_depend_on_and_no_more(scene, tmp_path):
+def test_the_record_says_what_frames_depend_on_and_no_more(scene, tmp_path):
     Image.new("RGB", (8, 4), "red").save(tmp_path / "sky.png")
     text = f'title = "one"\n{PLAIN}[sky]\nkind = "panorama"\nfile = "sky.png"\n'
     first = scene(text).record()
@@ -187,7 +187,7 @@ def test_the_example_of_the_page_is_a_scene(scene):
     assert scene(re.findall(r"```toml\n(.*?)```", page, re.DOTALL)[0]).size == (960, 540)
 
 
-def test_all_keys_are_told():
+def test_all_keys_are_reported():
     page = (Path(__file__).parents[1] / "docs" / "scene_files.md").read_text(encoding="utf-8")
     tables = [
         table for table in vars(contents).values() if isinstance(table, type) and hasattr(table, "__struct_fields__")
@@ -493,7 +493,7 @@ def test_a_camera_without_a_path_goes_round_as_it_moves(scene):
     assert scene(PLAIN, "camera.velocity=static", "camera.azimuth_deg=30").azimuth(100.0) == math.radians(30)
 
 
-def test_the_view_turns_as_it_is_told(scene):
+def test_the_view_turns_as_it_is_asked(scene):
     still = ("camera.velocity=fiducial", "view.look=[-1, 0, 0]")
     plain = scene(PLAIN, *still).view(0)
     assert plain.forward == pytest.approx([-1, 0, 0], abs=1e-15) and plain.up == pytest.approx([0, 0, 1], abs=1e-15)
@@ -615,7 +615,7 @@ BAD = [
 
 
 @pytest.mark.parametrize(("change", "words"), BAD)
-def test_what_cannot_be_is_told_with_file_and_key(change, words, tmp_path, assert_refused):
+def test_what_cannot_be_is_reported_with_file_and_key(change, words, tmp_path, assert_refused):
     (tmp_path / "scene.toml").write_text(PLAIN + DISK)
     (tmp_path / "no.png").write_text("no picture")
     Image.new("RGB", (8, 4)).save(tmp_path / "sky.png")
@@ -642,12 +642,12 @@ BAD_PATHS = [
 
 
 @pytest.mark.parametrize(("path", "words"), BAD_PATHS)
-def test_paths_that_cannot_be_are_told_with_file_and_key(path, words, tmp_path, assert_refused):
+def test_paths_that_cannot_be_are_reported_with_file_and_key(path, words, tmp_path, assert_refused):
     (tmp_path / "scene.toml").write_text(ON_A_PATH + path)
     assert_refused(("render", "scene.toml"), words)
 
 
-def test_files_that_are_no_scenes_and_bad_options_are_told(tmp_path, assert_refused):
+def test_files_that_are_no_scenes_and_bad_options_are_reported(tmp_path, assert_refused):
     (tmp_path / "scene.toml").write_text(PLAIN)
     (tmp_path / "binary.toml").write_bytes(b"\x89PNG\xff\x00")
     (tmp_path / "broken.toml").write_text("[hole\nspin = 1")
@@ -1001,7 +1001,7 @@ def test_a_picture_is_written_with_its_numbers(tmp_path, capsys, monkeypatch, pa
     assert status == 0 and "320 x 180 pixels" in out and painted[-1]["quality"] == "draft"
 
 
-def test_the_progress_bar_tells_stages(tmp_path, capsys, monkeypatch, painted):
+def test_the_progress_bar_says_stages(tmp_path, capsys, monkeypatch, painted):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scene.toml").write_text(PLAIN, encoding="utf-8")
     reported = []

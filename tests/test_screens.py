@@ -205,7 +205,7 @@ def test_a_star_has_the_light_of_its_images(radius, size, pixels):
     assert received(scene) == pytest.approx(images.magnification.sum(), rel=0.001)
 
 
-def test_stars_that_are_not_told_apart_are_as_bright_as_the_sky():
+def test_stars_that_are_not_resolved_are_as_bright_as_the_sky():
     """Many stars of flux 4 pi / n everywhere: light 1 in each pixel that sees the sky, the strip at the edge too."""
     rng = np.random.default_rng(2)
     direction = rng.normal(size=(40_000, 3))
@@ -394,7 +394,7 @@ def test_a_scene_of_an_observer_is_what_python_renders(scene_of):
     assert np.array_equal(scene_of().rendering(0).light, scene.light)
 
 
-def test_the_records_of_scenes_tell_observers_apart(scene_of):
+def test_the_records_of_scenes_say_observers_apart(scene_of):
     records = [scene_of(SCENE, *change).record() for change in ((), ("camera.radius=500",), ("view.size=25",))]
     assert records[0] != records[1] != records[2] != records[0]
     assert records[0] == scene_of(SCENE, "view.centre=[0, 0]").record()
@@ -455,7 +455,7 @@ def test_a_film_of_an_observer_who_stays_has_one_map(scene_of, monkeypatch):
         ),
     ],
 )
-def test_invalid_scenes_are_told_in_a_line(changes, words, scene_of):
+def test_invalid_scenes_are_reported_in_a_line(changes, words, scene_of):
     with pytest.raises(ValueError, match=re.escape(words)) as caught:
         scene_of(SCENE, *changes)
     assert "\n" not in str(caught.value)

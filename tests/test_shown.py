@@ -78,7 +78,7 @@ def test_the_page_holds_every_quantity_and_its_error(kind, count):
     assert count == 0 or ("data:image/png;base64," in text) == (kind.__name__ not in NO_PLOT)
 
 
-def test_the_page_of_images_tells_each_with_its_error():
+def test_the_page_of_images_says_each_with_its_error():
     images = replace(example(kc.StarImages, 3), error=np.array([1.26e-13, 2e-13, 3e-13]))
     table = ElementTree.fromstring(images._repr_html_()).findall("table")[-1]
     cells = [["".join(cell.itertext()) for cell in row] for row in table]

@@ -146,7 +146,7 @@ def test_motion_blur_is_the_mean_of_moments():
         (CAMERA, "far", "must be larger than the radius of the camera, 8, but is 'far'."),
     ],
 )
-def test_who_is_not_within_the_sphere_is_told_so(viewer, radius, words):
+def test_who_is_not_within_the_sphere_is_refused(viewer, radius, words):
     view = SIDEWAYS if isinstance(viewer, kc.Camera) else kc.Screen(8, 6, 20)
     with pytest.raises(ValueError, match="Argument `sky_radius` " + re.escape(words)):
         kc.render(viewer, view, kc.skies.Checkerboard(), sky_radius=radius)

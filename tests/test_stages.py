@@ -6,7 +6,7 @@ import kerrcaustics as kc
 from kerrcaustics.results.stages import in_words, stage, stages_timed
 
 
-def test_stages_are_timed_by_name_and_told(monkeypatch):
+def test_stages_are_timed_by_name_and_reported(monkeypatch):
     now, reported = [0.0], []
     monkeypatch.setattr("kerrcaustics.results.stages.clock", lambda: now[0])
 

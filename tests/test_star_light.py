@@ -103,7 +103,7 @@ def test_many_stars_bring_as_much_light_as_in_parts():
 
 
 @pytest.mark.slow
-def test_light_of_stars_that_are_not_told_apart_is_even():
+def test_light_of_stars_that_are_not_resolved_is_even():
     """Pixels that see more than 0.4 rad of the sky are as bright as stars are in the mean."""
     camera, rng = kc.Camera(0.999, 2.6, velocity="circular"), np.random.default_rng(8)
     direction = rng.normal(size=(3000, 3))

@@ -252,7 +252,7 @@ def test_what_is_no_store_of_this_version_is_refused(tmp_path, scene, quick, cap
     assert files(target) == good
 
 
-def test_damage_is_told(tmp_path, quick, capsys):
+def test_damage_is_reported(tmp_path, quick, capsys):
     path, target = written(tmp_path, PLAIN), tmp_path / "s.zarr"
     assert "damaged" not in run(capsys, "sweep", path, "--output", target)[1]
     HARM["emptied"](target / "status" / "c" / "1" / "1" / "0")

@@ -62,7 +62,7 @@ def test_every_file_may_be_damaged(harm, tmp_path, scene, good):
             assert (result.mended == (name,)) == ("/c/" not in name or name.count("/") == 2), name
 
 
-def test_damage_of_a_description_is_told(tmp_path, good, capsys):
+def test_damage_of_a_description_is_reported(tmp_path, good, capsys):
     (good / "spin" / "c" / "0").unlink()
     reported = "\n1 files that describe the store were lost or altered, and are written anew\n"
     arguments = ("sweep", tmp_path / "scene.toml", "--output", good)
@@ -79,7 +79,7 @@ def test_a_folder_with_something_in_it_is_one_line_that_names_it(name, tmp_path,
     assert (good / name / "notes.txt").read_text() == "mine"
 
 
-def test_a_store_whose_scene_nobody_can_tell_is_one_line(tmp_path, scene, good, capsys):
+def test_a_store_whose_scene_nobody_can_say_is_one_line(tmp_path, scene, good, capsys):
     """Root and mask are damaged both; and a root that is damaged where the store is of another scene."""
     arguments = ("--output", good)
     (good / "zarr.json").write_text("{")

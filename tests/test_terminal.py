@@ -50,7 +50,7 @@ def test_tables_are_set_closer_before_they_are_stacked():
     assert stacked[:4] == ["index          0", "direction N    -0.65536 -0.75531 +0.00000", *stacked[2:4]]
 
 
-def test_work_that_reports_nothing_is_told_without_a_terminal(capsys, monkeypatch):
+def test_work_that_reports_nothing_is_reported_without_a_terminal(capsys, monkeypatch):
     monkeypatch.setattr(terminal, "FIRST_LINE", 0.05)
     with terminal.progress("r = 3: "):
         time.sleep(0.5)
@@ -84,7 +84,7 @@ def test_every_command_writes_its_numbers_as_json(name):
     assert "--json" in [option for part in COMMANDS[name].assemble_argument_collection() for option in part.names]
 
 
-def test_templates_are_told_as_json(capsys):
+def test_templates_are_reported_as_json(capsys):
     _, out, _ = run(capsys, "scene", "--json", "-")
     assert set(json.loads(out)["templates"]) >= {"stars", "checkerboard", "disk", "film"}
     _, out, _ = run(capsys, "scene", "--template", "stars", "--json", "-")
@@ -95,7 +95,7 @@ def scripts_do(monkeypatch, main):
     monkeypatch.setattr("kerrcaustics.scripts.ScriptFolder.run", lambda _self, name, folder: main(name, folder))
 
 
-def test_figures_are_told_as_json(capsys, tmp_path, monkeypatch):
+def test_figures_are_reported_as_json(capsys, tmp_path, monkeypatch):
     def main(name, folder):
         if name == "aberration":
             raise RuntimeError("no light")
@@ -130,7 +130,7 @@ def test_help_ends_with_lines_to_try_and_the_exit_status(command):
         assert parsed.__module__.startswith("kerrcaustics.cli.")
 
 
-def test_what_is_there_is_told_with_three_commands_to_try(capsys):
+def test_what_is_there_is_reported_with_three_commands_to_try(capsys):
     status, out, err = run(capsys)
     assert (status, err) == (0, "")
     tried = re.findall(r"^  kerrcaustics (.*?)  ", out, re.M)
@@ -141,7 +141,7 @@ def test_what_is_there_is_told_with_three_commands_to_try(capsys):
 
 
 @pytest.mark.parametrize("flag", ["--quiet", "-q"])
-def test_quiet_prints_no_table_and_tells_what_is_wrong(flag, capsys, monkeypatch):
+def test_quiet_prints_no_table_and_says_what_is_wrong(flag, capsys, monkeypatch):
     monkeypatch.setattr("kerrcaustics.cli.terminal._quiet", False)
     scale = ("scale", "--mass", "4.3e6")
     assert "21.1" in run(capsys, *scale)[1]
@@ -158,7 +158,7 @@ def test_versions_and_options_that_leak_from_the_parser(capsys):
     assert status == 2 and "--empty-star" in err
 
 
-def test_doctor_tells_what_is_missing_and_what_to_do(capsys, tmp_path, monkeypatch):
+def test_doctor_says_what_is_missing_and_what_to_do(capsys, tmp_path, monkeypatch):
     """OpenGL itself is tried by the tests of models in space."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr("kerrcaustics.draw.space.check_opengl", lambda: None)
@@ -255,7 +255,7 @@ def test_a_warning_is_one_line():
     assert done.stderr == "kerrcaustics: Warning: It is so.\n"
 
 
-def test_an_interrupted_film_tells_what_it_leaves(tmp_path):
+def test_an_interrupted_film_says_what_it_leaves(tmp_path):
     folder = frames_folder(tmp_path / "film.mp4")
     folder.mkdir()
     (folder / "film.json").touch()

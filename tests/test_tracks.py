@@ -141,7 +141,7 @@ def test_counts_change_by_a_pair_at_every_event(name, theta):
 
 
 @pytest.mark.parametrize(("name", "theta"), FAST + slow(SLOW))
-def test_events_lie_on_the_caustics_and_tell_their_error(name, theta):
+def test_events_lie_on_the_caustics_and_say_their_error(name, theta):
     tracks = tracked(name, theta)
     events = kc.pair_events(tracks.camera, theta, tracks.max_index)
     assert [e.moment for e in events] == sorted(e.moment for e in events)

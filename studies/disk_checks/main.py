@@ -139,7 +139,7 @@ def tables(found: list[Check], means: list[dict[str, float]], worked: list[work.
         for angle, mean, theirs in zip(given["inclination_deg"], means, given["f_over_angle"], strict=True)
     ]
     costs = [
-        [one.case, one.method, f"{one.rays}", f"{one.seconds:.3f}", f"{one.error:.1e}", _told(one.reported)]
+        [one.case, one.method, f"{one.rays}", f"{one.seconds:.3f}", f"{one.error:.1e}", _in_words(one.reported)]
         for one in worked
     ]
     return [
@@ -149,7 +149,7 @@ def tables(found: list[Check], means: list[dict[str, float]], worked: list[work.
     ]
 
 
-def _told(error: float) -> str:
+def _in_words(error: float) -> str:
     return f"{error:.1e}" if math.isfinite(error) else ""
 
 

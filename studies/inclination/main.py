@@ -213,7 +213,7 @@ def summary(grid: xarray.Dataset, laws: list[NearAxis]) -> dict[str, Any]:
         "largest_extent_on_axis": float(on_axis.theta_extent.max()),
         "largest_extent_on_axis_in_errors": float((on_axis.theta_extent / on_axis.theta_extent_error).max()),
         "caustics_off_axis": int(reported.size),
-        "cusps_told": int(reported.sum()),
+        "with_cusps": int(reported.sum()),
         "cusp_counts": sorted(set(away.cusp_count.values[reported].tolist())),
         "all_closed": bool((away.closed == 1).all()),
         "least_pole_distance": part,
@@ -240,7 +240,7 @@ def findings(whole: dict[str, Any], found: list[Winding]) -> list[str]:
     sentences = [
         f"Caustics on the axis are points, at most {whole['largest_extent_on_axis_in_errors']:.2g} errors wide.",
         f"Close to the axis they go as powers of sin i: {powers}.",
-        f"{whole['cusps_told']} of {whole['caustics_off_axis']} caustics off the axis are large enough to count their "
+        f"{whole['with_cusps']} of {whole['caustics_off_axis']} caustics off the axis are large enough to count their "
         f"cusps: {f'all have {counts}' if counts else 'none'}.",
         f"None comes closer to a pole of the sky than {whole['least_pole_distance']:.2g} of the camera's inclination.",
     ]

@@ -53,8 +53,8 @@ def test_changed_spin(page):
     for place in SPINS:
         page.evaluate("explorer.latencies().draft.length = explorer.latencies().full.length = 0")
         for event, kept in (("input", "draft"), ("change", "full")):
-            told_of = f"{SLIDER}.dispatchEvent(new Event('{event}', {{bubbles: true}}))"
-            page.evaluate(f"({SLIDER}.value = {place}, {told_of})")
+            dispatched = f"{SLIDER}.dispatchEvent(new Event('{event}', {{bubbles: true}}))"
+            page.evaluate(f"({SLIDER}.value = {place}, {dispatched})")
             until(page, f"explorer.latencies().{kept}.length > 0")
         first += page.evaluate("explorer.latencies().draft.slice(0, 1)")
         whole += page.evaluate("explorer.latencies().full.slice(0, 1)")
