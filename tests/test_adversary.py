@@ -52,6 +52,7 @@ def test_truth_at_finite_ends_is_that_of_another_program(case):
     assert (found.index, found.crossings) == (true["index"], true["crossings"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end", [math.inf, 5.0, 40.0, 6.0, 1])
 def test_truth_does_not_depend_on_its_digits(end):
     one, two = (truth.known(PLACE, SKY, end, digits) for digits in (50, 64))

@@ -141,6 +141,7 @@ def test_edge_parts_captured_from_escaping(event):
         assert np.array_equal(rays.escaped, np.full(64, expected))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("spin", "radius", "velocity"),
     [(0.9, 8.0, "circular"), (0.999, 2.2, "static"), (0.9, 1.6, (0.0, 0.0, -0.9)), (0.0, 2.1, (0.0, 0.8, 0.0))],

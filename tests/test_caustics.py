@@ -147,6 +147,7 @@ def test_axis_camera_sees_points_on_the_axis():
         assert np.abs(curve.celestial[:, 0] - pole).max() < 10 * curve.error + 1e-15
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "velocity", [pytest.param("circular", marks=pytest.mark.slow), "static", (0.5, -0.3, 0.2), (0.0, 0.9, 0.0)]
 )

@@ -155,6 +155,7 @@ def test_rays_of_small_k_to_a_finite_radius():
         assert assert_agree(camera, sky, camera.radius * (1 + 10 ** rng.uniform(-3, 2))) == len(sky)
 
 
+@pytest.mark.slow
 def test_principal_null_rays_and_their_neighbours_vary_smoothly():
     """There the constants of the ray are stationary, and two of the roots meet."""
     for camera in (

@@ -308,7 +308,9 @@ def test_images_command(capsys, tmp_path):
     assert entry["schema"] == "kerrcaustics/images/1" and entry["star_deg"] == [80, -20]
     assert entry["certified"] and entry["per_index"] == {str(k): n for k, n in found.per_index.items()}
     names = {"sky", "phi_deg", "index", "parity", "magnification", "crossings", "crossings_certain", "redshift"}
-    names |= {"error_rad", "time", "time_error", "second_arrival"}
+    names |= {"error_rad", "time", "second_arrival"} | {
+        f"{name}_error" for name in ("magnification", "redshift", "time")
+    }
     assert len(entry["images"]) == len(found) and set(entry["images"][0]) == names
     assert entry["images"][1]["sky"] == found.sky[1].tolist()
 

@@ -48,6 +48,7 @@ def test_beyond_half_a_period_of_the_first_kind():
     assert total == pytest.approx(2 * special.elliprf(0, x - z, y - z), rel=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pair", ["real", "complex"])
 def test_slopes_of_the_first_kind(pair):
     """By x, and by y, which both the sum and the product of the roots depend on: derivatives are R_D (DLMF 19.18.1)."""

@@ -316,6 +316,7 @@ def light_off(rays):
     return np.array(off)
 
 
+@pytest.mark.slow
 def test_errors_of_magnification_and_redshift_hold_to_25_digits():
     rays = [ray for ray in TRUTH["rays"] if ray["index"] <= 1 and ray["camera"] in (0, 2)]
     off = light_off(rays[::8])

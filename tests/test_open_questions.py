@@ -28,6 +28,7 @@ def test_critical_rays_of_order_k_cross_the_equator_k_minus_1_times():
         assert curve.theta.min() < math.pi / 2 < curve.theta.max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [2, 3])
 def test_inside_a_caustic_are_two_images_more(sheets, order):
     (one,) = pairs.crossings_of(sheets, order, 5, (1e-6,), np.random.default_rng(order))

@@ -295,14 +295,9 @@ def test_event_errors_are_honest(name, theta):
     assert np.linalg.norm(ours.points.line_of_sight - other.points.line_of_sight, axis=1).max() < 1e-10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("level", "end"),
-    [
-        (1.2, math.inf),
-        pytest.param(1.5, 8.0, marks=pytest.mark.slow),
-        pytest.param(6.0, kc.EquatorialPlane(1), marks=pytest.mark.slow),
-    ],
-    ids=["sky", "sphere", "plane"],
+    ("level", "end"), [(1.2, math.inf), (1.5, 8.0), (6.0, kc.EquatorialPlane(1))], ids=["sky", "sphere", "plane"]
 )
 def test_light_of_tracks_is_that_of_images_within_both_errors(level, end):
     camera = kc.Camera(0.9, 10.0, 1.2)
