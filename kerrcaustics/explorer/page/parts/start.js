@@ -20,10 +20,12 @@ function mount(element, channel, options) {
     busy: () => !!explorer.remembering || explorer.questions.busy,
     playing: () => !!explorer.playback.running,
     light: () => {
+      explorer.layers.drop();
       const { shapes } = explorer.model;
       return shapes && { total: shapes.total, certified: shapes.certified, limbs: shapes.limbs.length };
     },
     waves: () => {
+      explorer.layers.drop();
       const { waves } = explorer.model;
       return waves && { modulus: waves.modulus, error: waves.error, points: waves.spectrum.length };
     },
