@@ -11,9 +11,6 @@ from sphinx_gallery.sorting import ExampleTitleSortKey, FileNameSortKey
 from kerrcaustics.draw.space import NoOpenGLError
 from kerrcaustics.scripts import FIGURES
 
-WRITTEN_IN_CELLS = ("lessons", "recipes")
-"""Folders of scripts that are shown cell by cell."""
-
 # In place of a picture that cannot be turned.
 MODEL = """
 .. raw:: html
@@ -23,16 +20,27 @@ MODEL = """
 
 
 def define_only(_conf, script):
-    """Keep `if __name__ == "__main__"` of a script from running; its command line is empty."""
-    script["example_globals"]["__name__"] = Path(script["src_file"]).stem
+    """Keep `if __name__ == "__main__"` of a script from running; its command line is empty.
+
+    Figures import their neighbours.
+    """
+    source = Path(script["src_file"])
+    script["example_globals"]["__name__"] = source.stem
+    if is_of_figures(source.parent):
+        script["example_globals"]["__package__"] = FIGURES.package()
     return []
+
+
+def is_of_figures(folder):
+    """True for the folder of figures; scripts of others are shown cell by cell."""
+    return folder.resolve() == FIGURES.folder
 
 
 class order:
     """Lessons and how-tos one after the other, figures by their titles."""
 
     def __init__(self, folder):
-        self.key = (FileNameSortKey if Path(folder).name in WRITTEN_IN_CELLS else ExampleTitleSortKey)(folder)
+        self.key = (ExampleTitleSortKey if is_of_figures(Path(folder)) else FileNameSortKey)(folder)
 
     def __call__(self, name):
         return self.key(name)
@@ -41,7 +49,7 @@ class order:
 def pictures(block, script, conf):
     """The pictures of a cell, or pictures and models that the `main` of a figure makes, where pages look for them."""
     source = Path(script["src_file"])
-    if source.parent.name in WRITTEN_IN_CELLS:
+    if not is_of_figures(source.parent):
         return matplotlib_scraper(block, script, conf)
     places, models = [], ""
     with TemporaryDirectory() as folder:

@@ -54,12 +54,15 @@ class ScriptFolder:
 
     def module(self, name: str) -> ModuleType:
         """A module of the folder by its dotted name, which imports its neighbours by relative imports."""
-        # Under a unique name: other packages may be called `studies`.
-        package = "kerrcaustics_scripts" + re.sub(r"\W", "_", str(self.folder))
-        if package not in sys.modules:
-            sys.modules[package] = ModuleType(package)
-            sys.modules[package].__path__ = [str(self.folder)]
-        return import_module(f"{package}.{name}")
+        return import_module(f"{self.package()}.{name}")
+
+    def package(self) -> str:
+        """The package of the scripts, under a unique name: other packages may be called `studies`."""
+        name = "kerrcaustics_scripts" + re.sub(r"\W", "_", str(self.folder))
+        if name not in sys.modules:
+            sys.modules[name] = ModuleType(name)
+            sys.modules[name].__path__ = [str(self.folder)]
+        return name
 
     def run(self, name: str, output: Path) -> list[Path]:
         """Run a script and return the files it wrote into the folder `output`, which is made when missing."""
