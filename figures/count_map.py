@@ -1,6 +1,6 @@
 """
-How many images a star has
-==========================
+The number of images of a star
+==============================
 
 Images of index 0 to 2 of a star at any place of the celestial sphere, with the caustics, for a = 0.999 and cameras on
 the equator at r = 6.03 and r = 2.6. Beyond the paper's figures.

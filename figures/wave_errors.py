@@ -1,6 +1,6 @@
 """
-Where waves of rays are valid
-=============================
+The range of validity of waves from rays
+========================================
 
 The reported error of `kc.amplification` (lines) and the true one (dots), in parts of the field or of 1 where that is
 less, for a hole without spin: partial waves, which share nothing with rays, give the truth. (a) A source at 1.8 rad

@@ -186,30 +186,29 @@ def images_of(
     camera: Viewer, surface: End, stars: list[tuple[float, float]], searched: ImageSearch
 ) -> list[StarImages]:
     """The images that a search for some sources found, source by source, as the camera sees them."""
-    lens_map = LensMap(camera, surface)
-    known = searched.images
-    light = lens_map.seen(known.sky, known.second_arrival)
-    at = measured_light(lens_map, light, known.sky, known.error, known.second_arrival)
+    lens_map, directions = LensMap(camera, surface), searched.images
+    light = lens_map.seen(directions.sky, directions.second_arrival)
+    at = measured_light(lens_map, light, directions.sky, directions.error, directions.second_arrival)
     of_images = {
         "sky": at.sky,
         "azimuth": at.azimuth,
-        "index": searched.images.index,
-        "parity": 1 - 2 * (searched.images.index % 2),
+        "index": directions.index,
+        "parity": 1 - 2 * (directions.index % 2),
         "magnification": at.magnification,
         "magnification_error": at.magnification_error,
         "crossings": np.asarray(at.beams.crossings),
         "crossings_certain": np.asarray(at.beams.crossings_certain),
         "redshift": at.redshift,
         "redshift_error": at.redshift_error,
-        "error": lens_map.errors(searched.images.sky, searched.images.error),
+        "error": at.error,
         "time": at.time,
         "time_error": at.time_error,
-        "second_arrival": searched.images.second_arrival,
+        "second_arrival": directions.second_arrival,
     }
     notes = direct_remarks(surface, camera)
     images = []
     for i, star in enumerate(stars):
-        own = np.flatnonzero(searched.images.star == i)
+        own = np.flatnonzero(directions.star == i)
         images.append(
             StarImages(
                 camera=camera,

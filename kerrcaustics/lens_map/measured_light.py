@@ -19,8 +19,12 @@ _OF_SKY, _OF_VALUE = 4e-16, 4e-15
 
 @dataclass(frozen=True)
 class MeasuredLight(SeenLight):
-    """Light with the errors of its values, for directions that have an error; `time_error` holds that of both."""
+    """Light with the errors of its values, for directions that have an error; `time_error` holds that of both.
 
+    error: of the places on the viewer's sky, radians, or M on a screen.
+    """
+
+    error: Float[Array, " n"]
     magnification_error: Float[Array, " n"]
     redshift_error: Float[Array, " n"]
 
@@ -51,11 +55,10 @@ def measured_light(
             up, down = np.where(np.isnan(up), 2 * value - down, up), np.where(np.isnan(down), 2 * value - up, down)
             return (up - down) / (2 * step.reshape(-1, *[1] * (value.ndim - 1)))
 
+        # The direction that the beam stretches most, here on the search sky: the Jacobian has it on the viewer's own.
         first, second = slopes(surface.ends(beams), surface.ends(beside.beams))
-        both, odd, cross = (first**2 + second**2).sum(-1), (first**2 - second**2).sum(-1), 2 * (first * second).sum(-1)
-        turn, uneven = np.arctan2(cross, odd) / 2, np.hypot(odd, cross)
-        # Minor by major diameter of the beam.
-        ratio = np.sqrt(np.maximum(both - uneven, 0) / (both + uneven))
+        turn = np.arctan2(2 * (first * second).sum(-1), (first**2 - second**2).sum(-1)) / 2
+        ratio = np.abs(beams.delta_minus) / beams.delta_plus
 
         def off(slope: Array, rounding: Array | float) -> Array:
             """The change over the ellipse, and over the rounding of the direction."""
@@ -71,6 +74,7 @@ def measured_light(
         of_redshift = off(slopes(light.redshift, beside.redshift), _OF_SKY) + _OF_VALUE * np.abs(light.redshift)
         of_time = off(slopes(light.time, beside.time), 0.0) + light.time_error
     values: dict[str, Any] = vars(light) | {
+        "error": lens_map.errors(sky, error),
         "time_error": _known(of_time, light.time),
         "magnification_error": _known(of_magnification, light.magnification),
         "redshift_error": _known(of_redshift, light.redshift),

@@ -31,10 +31,9 @@ def arc_tracks(
         return ()
     lens_map = LensMap(camera, surface)
     light = lens_map.seen(arcs.low.sky)
-    off = node_errors(arcs, light.beams)
-    light, error = measured_light(lens_map, light, arcs.low.sky, off), lens_map.errors(arcs.low.sky, off)
+    measured = measured_light(lens_map, light, arcs.low.sky, node_errors(arcs, light.beams))
     chains = _chains(arcs.index <= max_index)
-    tracks = [_track(lens_map, arcs, chain, events, light, error) for chain in chains]
+    tracks = [_track(lens_map, arcs, chain, events, measured) for chain in chains]
     return tuple(sorted(tracks, key=lambda track: (track.index.min(), not track.closed, len(track))))
 
 
@@ -67,7 +66,6 @@ def _track(
     chain: Int[Array, " _"],
     events: dict[int, PairEvent],
     light: MeasuredLight,
-    error: Float[Array, " nodes"],
 ) -> Track:
     """The track of a chain of nodes."""
     closed = len(chain) == len(arcs.index)
@@ -88,7 +86,7 @@ def _track(
         redshift_error=light.redshift_error[chain],
         time=light.time[chain],
         time_error=light.time_error[chain],
-        error=error[chain],
+        error=light.error[chain],
         closed=closed,
         turns=round(steps.sum() / _TURN) if closed else 0,
         events=tuple(events[i] for i in chain[places].tolist()),

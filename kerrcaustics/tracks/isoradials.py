@@ -216,7 +216,7 @@ def _curve(
         radius=radius,
         sky=light.sky,
         azimuth=np.unwrap(light.azimuth),
-        error=lens_map.errors(points.sky, error),
+        error=light.error,
         redshift=light.redshift,
         redshift_error=light.redshift_error,
         width=lens_map.sky.lengths(points.sky) / (radius * points.gradient),

@@ -38,12 +38,11 @@ _FEW_STEPS, _SAME = 12, 1e-6
 class SeenNodes:
     """The nodes of a level curve as the camera sees them.
 
-    light; error of places, radians, or M on a screen; eastward: whose photons move eastward at the camera; events:
-    which event each node is, -1 where it is none; remarks: what is in doubt.
+    light; eastward: whose photons move eastward at the camera; events: which event each node is, -1 where it is none;
+    remarks: what is in doubt.
     """
 
     light: MeasuredLight
-    error: Float[Array, " nodes"]
     eastward: Bool[Array, " nodes"]
     events: Int[Array, " nodes"]
     remarks: tuple[str, ...] = ()
@@ -92,8 +91,8 @@ def seen_from(camera: Viewer, theta: float, branches: Branches, own: PathEvents,
     error[at_event] = along / at.spread[at_event] + at.beams.jacobian_error[at_event]
     eastward = line_of_sight_from_sky(rest.frame(), sky)[:, 2] < 0
     remarks = (f"{lost} points of tracks could not be found on the camera's sky",) if lost else ()
-    at = measured_light(lens_map, at, sky, error, second_arrival)
-    return SeenNodes(at, lens_map.errors(sky, error), eastward, which, remarks)
+    measured = measured_light(lens_map, at, sky, error, second_arrival)
+    return SeenNodes(measured, eastward, which, remarks)
 
 
 def _partners(branches: Branches, own: PathEvents) -> Int[Array, " events"] | None:

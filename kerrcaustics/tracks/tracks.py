@@ -250,10 +250,9 @@ def _followed(
     frame, nodes = branches.sheets.frame, branches.nodes
     lens_map = LensMap(camera, surface)
     light = lens_map.seen(nodes.sky)
-    off = errors_on_sky(branches, light, branches.events.error)
-    light, error = measured_light(lens_map, light, nodes.sky, off), lens_map.errors(nodes.sky, off)
+    measured = measured_light(lens_map, light, nodes.sky, errors_on_sky(branches, light, branches.events.error))
     eastward = line_of_sight_from_sky(frame, nodes.sky)[:, 2] < 0
-    return branches.events, branches, SeenNodes(light, error, eastward, nodes.event)
+    return branches.events, branches, SeenNodes(measured, eastward, nodes.event)
 
 
 @_followed.register
@@ -296,7 +295,7 @@ def _track(lens_map: LensMap, chain: Chain, branches: Branches, events: list[Pai
         redshift_error=light.redshift_error[chosen],
         time=light.time[chosen],
         time_error=light.time_error[chosen],
-        error=at.error[chosen],
+        error=light.error[chosen],
         closed=chain.closed,
         turns=round(chain.sweep / _TURN) if chain.closed else 0,
         events=tuple(events[i] for i in event[places]),

@@ -63,7 +63,7 @@ def known(camera: kc.Camera, sky: np.ndarray, growth: float) -> Known | None:
 
 
 def truly_escapes(camera: kc.Camera, sky: np.ndarray) -> np.ndarray:
-    """Whether rays (n,) escape, from the roots of the radial potential in long arithmetic."""
+    """True for rays (n,) that escape, from the roots of the radial potential in long arithmetic."""
     with mp.workdps(DIGITS):
         return np.array([escapes(place_of(camera), [float(x) for x in n]) for n in sky])
 
