@@ -7,7 +7,7 @@ spin 0.999: (a) the camera sky with the first three critical curves, and (b) the
 and with them; degrees count from the middle of the shadow in all three. Stars near a critical curve are bright, and
 as small as anywhere. Remakes JTFT figure 8.
 
-The paper's: hole, camera, the critical curves, the blown-up edge, galactic plane. Ours: 37 622 stars of Hipparcos in
+The paper's: hole, camera, the critical curves, the blown-up edge, galactic plane. Ours: 37,622 stars of Hipparcos in
 place of the 2.5 million brightest of Tycho-2, which are not ours to ship (docs/scenes.md says how to add some), and
 a smooth model of the galactic band.
 """

@@ -148,7 +148,7 @@ def test_shapes_are_those_of_the_package_and_of_commands(capsys):
     assert status == 0 and json.loads(out)["total"] == pytest.approx(seen.total, rel=1e-12)
     names = {}
     exec(state.python(), names)
-    assert names["seen"].total == pytest.approx(seen.total, rel=1e-12)
+    assert names["magnification"].total == pytest.approx(seen.total, rel=1e-12)
     assert answer(*question(asked("shapes"))).record["kind"] == "refusal"
 
 

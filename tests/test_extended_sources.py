@@ -328,3 +328,10 @@ def test_small_disc_straight_behind_the_camera(size):
     (point,) = kc.star_images(camera, (1.114, 1e-3), 0).magnification
     assert seen.certified and abs(seen.total - point) < seen.error + 1e-6
     assert seen.images[0].area == pytest.approx(seen.total * 4 * math.pi * math.sin(size / 2) ** 2, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_limb_on_a_sphere_next_to_the_photon_orbits_is_refused():
+    """The retrograde photon orbit lies 0.0009 M below this sphere: its critical curves are not followed."""
+    with pytest.raises(ValueError, match="Argument `end` must be a surface on which the critical curve of order 1 can"):
+        kc.magnification(CAMERA, (1.4, 2.9), 0.05, end=4.0)

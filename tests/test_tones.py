@@ -188,7 +188,7 @@ def test_the_exposure_is_printed_and_kept(scene_of, tmp_path, capsys):
     command = ["render", tmp_path / "scene.toml", "--output", out]
     _, words, _ = run(capsys, *command, "--json", tmp_path / "a.json")
     entry = json.loads((tmp_path / "a.json").read_text())
-    assert f"Exposure {entry['exposure']:.6g} (auto)" in words and "of the pixels are cut at white" in words
+    assert f"Exposure {entry['exposure']:.6g} (auto)" in words and "of the pixels are clipped at white" in words
     assert entry["clipped"] < 0.02 and entry["remarks"] == []
     assert Image.open(out).text["Comment"] == f"exposure {entry['exposure']:.6g}"
     given = scene_of(text, f"light.exposure={entry['exposure']}")

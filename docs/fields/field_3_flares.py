@@ -14,13 +14,13 @@ import numpy as np
 import kerrcaustics as kc
 
 observer = kc.Observer(spin=0.9, inclination=math.radians(25))
-scale = kc.PhysicalScale(4.3e6, 8.28e3)  # solar masses, parsecs
+scale = kc.PhysicalScale(4.3e6, 8180)  # solar masses, parsecs
 times = np.linspace(0, 2 * math.pi * (9**1.5 + 0.9), 120)
 light = kc.light_curve(observer, 9.0, times, source="point", max_index=2)
 light
 
 # %%
-# One unit of time is 21 seconds, one of length on the sky 5.1 microarcseconds.
+# One unit of time is 21 seconds, one of length on the sky 5.2 microarcseconds.
 
 minutes = scale.seconds * times / 60
 size = scale.microarcseconds

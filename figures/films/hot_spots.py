@@ -2,7 +2,7 @@
 Hot spots in a disk
 ===================
 
-5000 spots, black bodies of 4000 to 10 000 K, on circular orbits of r = 6 to 9 round a hole that does not spin. Seen
+5000 spots, black bodies of 4000 to 10,000 K, on circular orbits of r = 6 to 9 round a hole that does not spin. Seen
 from r = 12, inclination 85 degrees, with all images and the light's travel time; every spot leaves a trace that fades
 over 6 units of time. The approaching side is brighter and bluer; below and round the shadow the same spots are seen
 at earlier times.

@@ -72,23 +72,23 @@ def amplification(
         from kerrcaustics.waves import amplification as waves
 
         place = math.radians(star[0]), math.radians(star[1])
-        seen = waves.amplification(
+        result = waves.amplification(
             seen_from, place, omega, max_index=max_index, end=source_radius, method=method, progress=report
         )
         seconds = time.perf_counter() - began
         if save is not None:
-            storage.save(save, seen)
+            storage.save(save, result)
         if table is not None:
-            write_table(seen, table)
+            write_table(result, table)
         if figure is not None:
             report("drawing", 1.0)
             from kerrcaustics.draw.waves import amplification_figure
 
-            write_figure(amplification_figure(seen), figure)
-    common.write_result(record(seen), seconds)
-    _print(seen, common.console())
+            write_figure(amplification_figure(result), figure)
+    common.write_result(record(result), seconds)
+    _print(result, common.console())
     common.say_files(figure=figure, table=table, saved=save)
-    if not seen.certified:
+    if not result.certified:
         stop(1, "The images are not certified: see the remarks.")
 
 
@@ -109,15 +109,17 @@ def _frequencies(text: str) -> list[float]:
     return [low * (rest[0] / low) ** (i / (count - 1)) for i in range(count)]
 
 
-def _print(seen: "Amplification", out: Console) -> None:
-    place = place_in_words(seen.surface, seen.source)
-    say(out, f"{place_of(seen.camera)}: waves of a star at {place} on {seen.surface.in_words()}")
+def _print(result: "Amplification", out: Console) -> None:
+    place = place_in_words(result.surface, result.source)
+    say(out, f"{place_of(result.camera)}: waves of a star at {place} on {result.surface.in_words()}")
     table = PlainTable(("frequency", "|F|", "phase (rad)", "error", "method"))
-    count = len(seen.frequency)
+    count = len(result.frequency)
     rows = range(count) if count <= _SHOWN else [round(i * (count - 1) / (_SHOWN - 1)) for i in range(_SHOWN)]
     for i in rows:
-        size, phase = cmath.polar(complex(seen.value[i]))
-        table.add_row(f"{seen.frequency[i]:.5g}", f"{size:.6g}", f"{phase:.5f}", f"{seen.error[i]:.1e}", seen.method[i])
+        size, phase = cmath.polar(complex(result.value[i]))
+        table.add_row(
+            f"{result.frequency[i]:.5g}", f"{size:.6g}", f"{phase:.5f}", f"{result.error[i]:.1e}", result.method[i]
+        )
     out.print(table)
-    say_all(out, seen.remarks)
-    say(out, f"{len(seen.image_index)} images: {verdict(seen.certified)}")
+    say_all(out, result.remarks)
+    say(out, f"{len(result.image_index)} images: {verdict(result.certified)}")

@@ -1,4 +1,4 @@
-"""The command `magnification`: a source of finite size, as it is seen."""
+"""The command `magnification`: a source of finite size, as it is result."""
 
 import math
 import time
@@ -82,19 +82,19 @@ def magnification(
         from kerrcaustics.results.records import record
 
         shown = {"profile": shade, "max_index": max_index, "power": power, "end": end}
-        seen = extended.magnification(seen_from, place, wide, **shown, progress=report)
+        result = extended.magnification(seen_from, place, wide, **shown, progress=report)
         seconds = time.perf_counter() - began
         if save is not None:
-            storage.save(save, seen)
+            storage.save(save, result)
         if figure is not None:
             report("drawing", 1.0)
             from kerrcaustics.draw.source_images import source_images_figure
 
-            write_figure(source_images_figure(seen), figure)
-    common.write_result(record(seen, points=points), seconds)
-    _print(seen, common.console())
+            write_figure(source_images_figure(result), figure)
+    common.write_result(record(result, points=points), seconds)
+    _print(result, common.console())
     common.say_files(figure=figure, saved=save)
-    if not seen.certified:
+    if not result.certified:
         stop(1, "The magnification is not certified: see the remarks.")
 
 
@@ -109,18 +109,18 @@ def _profile(text: str) -> str | tuple[str | float, ...]:
         raise BadInput(f"Argument --profile must have numbers after {name}:, but has {rest or 'none'}.") from None
 
 
-def _print(seen: "Magnification", out: Console) -> None:
-    surface = seen.surface
-    place = place_in_words(surface, seen.source)
-    size = f"{seen.size:g} M" if surface.finite else f"{math.degrees(seen.size):g} deg"
-    say(out, f"{place_of(seen.camera)}: a star of radius {size} at {place} on {surface.in_words()}, {seen.profile}")
+def _print(result: "Magnification", out: Console) -> None:
+    surface = result.surface
+    place = place_in_words(surface, result.source)
+    size = f"{result.size:g} M" if surface.finite else f"{math.degrees(result.size):g} deg"
+    say(out, f"{place_of(result.camera)}: a star of radius {size} at {place} on {surface.in_words()}, {result.profile}")
     table = PlainTable(("index", "magnification", "error"))
-    for index, share in seen.per_index.items():
-        table.add_row(str(index), f"{share:.9g}", f"{seen.per_index_error[index]:.0e}")
-    table.add_row(f"0 to {seen.max_index}", f"{seen.total:.9g}", f"{seen.error:.0e}")
+    for index, share in result.per_index.items():
+        table.add_row(str(index), f"{share:.9g}", f"{result.per_index_error[index]:.0e}")
+    table.add_row(f"0 to {result.max_index}", f"{result.total:.9g}", f"{result.error:.0e}")
     out.print(table)
-    middle = ", ".join(f"{part:+.9f}" for part in seen.centroid)
-    axes = "N" if len(seen.centroid) == 3 else "(alpha, beta)"
-    say(out, f"centroid of the light: {axes} = ({middle}), error {seen.centroid_error:.0e}")
-    say_all(out, seen.remarks)
-    say(out, f"{len(seen.images)} curves bound the images: {verdict(seen.certified)}")
+    middle = ", ".join(f"{part:+.9f}" for part in result.centroid)
+    axes = "N" if len(result.centroid) == 3 else "(alpha, beta)"
+    say(out, f"centroid of the light: {axes} = ({middle}), error {result.centroid_error:.0e}")
+    say_all(out, result.remarks)
+    say(out, f"{len(result.images)} curves bound the images: {verdict(result.certified)}")

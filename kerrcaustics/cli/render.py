@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 # Pixels across a preview; stages that a picture has, at most.
 _PREVIEW, _STAGES = 320, 9
-# A picture of which more is cut at white has lost what was there.
+# A picture of which more is clipped at white has lost what was there.
 _MUCH = 0.02
 
 
@@ -137,7 +137,7 @@ def _camera_in_words(rendering: "Rendering") -> str:
 
 
 def _tones_in_words(development: "Development | None", scene: "SceneFile") -> list[str]:
-    """The exposure, the part of the pixels that are cut at white, and a hint; nothing for linear light."""
+    """The exposure, the part of the pixels that are clipped at white, and a hint; nothing for linear light."""
     if development is None:
         return []
     exposure, clipped = f"{development.exposure:.6g}", f"{100 * development.clipped:.2g} %"
@@ -145,7 +145,7 @@ def _tones_in_words(development: "Development | None", scene: "SceneFile") -> li
     brighter = f"--set light.exposure={2 * development.exposure:.3g} doubles the exposure"
     if development.clipped > _MUCH:
         brighter = "--set light.exposure=auto goes by the light" if not chosen else "light.curve = asinh keeps more"
-    return [f"Exposure {exposure}{chosen}, {clipped} of the pixels are cut at white; {brighter}"]
+    return [f"Exposure {exposure}{chosen}, {clipped} of the pixels are clipped at white; {brighter}"]
 
 
 def _dark_disk(scene: "SceneFile", rendering: "Rendering", development: "Development | None") -> tuple[str, ...]:

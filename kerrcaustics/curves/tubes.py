@@ -225,8 +225,8 @@ def _part_at(
 ) -> Float[Array, " rows"]:
     """Parts on one line, from 1/r of its conjugate points at some: close to the critical curve a power of 1 - part."""
     # Round-off may lose those next to the critical curve.
-    seen = np.isfinite(known).argmax()
-    part, known = part[seen:], known[seen:]
+    start = np.isfinite(known).argmax()
+    part, known = part[start:], known[start:]
     # To the first one that falls in, or has come round to the other side of the hole.
     rising = np.concatenate([[True], np.diff(known) > 0]) & np.isfinite(known)
     last = len(known) if rising.all() else int(np.argmin(rising))

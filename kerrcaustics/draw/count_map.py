@@ -71,20 +71,20 @@ def _draw_curves(ax: Axes, caustics: CausticSet | tuple[Caustic, ...]) -> Axes:
 def _draw_counts(ax: Axes, counts: CountMap, most: int) -> None:
     """The counts as colours, and their legend beside them."""
     total = counts.counts.sum(axis=2)
-    seen = np.unique(np.append(total, np.arange(total.max(), most + 1)))
+    levels = np.unique(np.append(total, np.arange(total.max(), most + 1)))
     name, low, high = _COLOURS
-    colours = ListedColormap(colormaps[name](np.linspace(low, high, len(seen))))
-    norm = BoundaryNorm(np.arange(len(seen) + 1) - 0.5, len(seen))
+    colours = ListedColormap(colormaps[name](np.linspace(low, high, len(levels))))
+    norm = BoundaryNorm(np.arange(len(levels) + 1) - 0.5, len(levels))
     # Columns run from phi' = 0; the picture from -180.
     columns = total.shape[1]
-    picture = np.searchsorted(seen, np.roll(total, columns // 2, axis=1))
+    picture = np.searchsorted(levels, np.roll(total, columns // 2, axis=1))
     if is_sphere(counts.surface):
         image = ax.imshow(picture, extent=(-180, 180, 180, 0), cmap=colours, norm=norm, interpolation="nearest")
     else:
         radii = np.exp(_edges(np.log(counts.level)))
         image = ax.pcolormesh(np.linspace(-180, 180, columns + 1), radii, picture, cmap=colours, norm=norm)
-    bar = ax.figure.colorbar(image, ax=ax, ticks=np.arange(len(seen)), fraction=0.03, pad=0.02)
-    bar.ax.set_yticklabels([str(count) for count in seen])
+    bar = ax.figure.colorbar(image, ax=ax, ticks=np.arange(len(levels)), fraction=0.03, pad=0.02)
+    bar.ax.set_yticklabels([str(count) for count in levels])
     bar.ax.tick_params(length=0)
     bar.ax.minorticks_off()
     # At infinity there is nothing of index 0.

@@ -39,35 +39,37 @@ def limb_image(ax: Axes, image: LimbImage) -> Axes:
     return labelled_once(ax)
 
 
-def source_images(ax: Axes, seen: Magnification, *, caustics: CausticSet | None = None) -> Axes:
+def source_images(ax: Axes, magnification: Magnification, *, caustics: CausticSet | None = None) -> Axes:
     """The images of the source, filled, with their limbs in one colour an index, shadow and critical curves.
 
     caustics: of the same camera and surface, where they are known.
     """
     if not ax.has_data():
-        shadow(ax, seen.camera)
-        critical_curves(ax, caustics or caustics_of(seen.camera, seen.max_index + 1, end=seen.surface))
-    loops = [about_shadow(seen.camera, image.sky) for image in seen.images]
+        shadow(ax, magnification.camera)
+        critical_curves(
+            ax, caustics or caustics_of(magnification.camera, magnification.max_index + 1, end=magnification.surface)
+        )
+    loops = [about_shadow(magnification.camera, image.sky) for image in magnification.images]
     # Curves have the image to their left, those of holes run the other way: what lies within both is left open.
     if loops:
         path = Path.make_compound_path(*(Path(whole_line(loop, True)) for loop in loops))
         ax.add_patch(PathPatch(path, **_FILL))
-    for image in seen.images:
+    for image in magnification.images:
         limb_image(ax, image)
     return labelled_once(ax)
 
 
-def unrolled_images(ax: Axes, seen: Magnification, critical: Caustic, middle: Float[Array, " axes"]) -> Axes:
+def unrolled_images(ax: Axes, magnification: Magnification, critical: Caustic, middle: Float[Array, " axes"]) -> Axes:
     """Images that have parts next to a critical curve, filled: the curve is the line 0, and lengths across it are free.
 
     To the right the position angle from the direction `middle`, up the distance outward from the curve, degrees.
     """
-    camera = seen.camera
+    camera = magnification.camera
     curve = _turn_and_distance(camera, critical.sky)
     curve = curve[np.argsort(curve[:, 0])]
     zero = _turn_and_distance(camera, middle[None])[0, 0]
     ax.axhline(0, **style.order_line(critical.order))
-    for image in seen.images:
+    for image in magnification.images:
         index = np.append(image.index, image.index[:1])
         if not np.isin(index, (critical.order - 1, critical.order)).all():
             continue
@@ -85,21 +87,27 @@ def _turn_and_distance(camera: Viewer, sky: Float[Array, "points axes"]) -> Floa
     return np.stack([np.degrees(np.arctan2(y, x)), np.hypot(x, y)], axis=-1)
 
 
-def source_images_figure(seen: Magnification) -> Figure:
+def source_images_figure(magnification: Magnification) -> Figure:
     """Figure of a source of finite size, 7 inches wide: its images, and the source among the caustics."""
-    caustics = caustics_of(seen.camera, seen.max_index + 1, end=seen.surface)
-    source = _limb_places(seen), {"label": "limb of the source", **_LIMB}
-    alike = seen.camera.sky_unit == seen.surface.coordinates[0].unit
-    brightness = f": {seen.total:.6g} times as bright" if alike else f": magnification {seen.total:.6g}"
+    caustics = caustics_of(magnification.camera, magnification.max_index + 1, end=magnification.surface)
+    source = _limb_places(magnification), {"label": "limb of the source", **_LIMB}
+    alike = magnification.camera.sky_unit == magnification.surface.coordinates[0].unit
+    brightness = (
+        f": {magnification.total:.6g} times as bright" if alike else f": magnification {magnification.total:.6g}"
+    )
     return sky_and_source(
-        lambda ax: source_images(ax, seen, caustics=caustics), caustics, seen.source, source, brightness
+        lambda ax: source_images(ax, magnification, caustics=caustics),
+        caustics,
+        magnification.source,
+        source,
+        brightness,
     )
 
 
-def _limb_places(seen: Magnification) -> Float[Array, "points 2"]:
+def _limb_places(magnification: Magnification) -> Float[Array, "points 2"]:
     """Coordinates of points of the limb on the surface of the source."""
-    centre = seen.surface.vectors(np.array([seen.source]))[0]
-    size, turn = seen.size / sphere_scale(seen.surface), np.linspace(0, 2 * np.pi, _LIMB_POINTS)
+    centre = magnification.surface.vectors(np.array([magnification.source]))[0]
+    size, turn = magnification.size / sphere_scale(magnification.surface), np.linspace(0, 2 * np.pi, _LIMB_POINTS)
     if len(centre) == 2:
         limb = centre + size * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
         return np.stack([np.hypot(*limb.T), np.unwrap(np.arctan2(limb[:, 1], limb[:, 0]))], axis=-1)

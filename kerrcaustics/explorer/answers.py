@@ -176,19 +176,19 @@ def shapes_of(state: ExplorerState) -> Message:
     if state.size == 0:
         raise ValueError("Argument `size` must be the radius of a star, but is 0.")
     with stage("images_of_the_limb"):
-        seen = magnification(state.camera(), state.star(), math.radians(state.size), max_index=state.max_index)
+        result = magnification(state.camera(), state.star(), math.radians(state.size), max_index=state.max_index)
     arrays = {}
-    for i, image in enumerate(seen.images):
+    for i, image in enumerate(result.images):
         step = -(-len(image.sky) // _MOST_POINTS)
         arrays[f"limb{i}"] = np.concatenate([image.sky, image.index[:, None]], axis=1)[::step]
     record = {
         "kind": "shapes",
         "state": state.record(),
-        "total": seen.total,
-        "error": seen.error,
-        "per_index": list(seen.per_index.values()),
-        "certified": seen.certified,
-        "remarks": list(seen.remarks),
+        "total": result.total,
+        "error": result.error,
+        "per_index": list(result.per_index.values()),
+        "certified": result.certified,
+        "remarks": list(result.remarks),
         "seconds": time.perf_counter() - began,
     }
     return Message(record, arrays)
@@ -204,21 +204,21 @@ def waves_of(state: ExplorerState) -> Message:
     low, high = max(state.frequency / _REACH, LEAST_FREQUENCY), min(state.frequency * _REACH, MOST_FREQUENCY)
     frequencies = np.append(np.geomspace(low, high, 2 * _FREQUENCIES), state.frequency)
     with stage("waves_of_the_star"):
-        seen = amplification(state.camera(), state.star(), frequencies, max_index=state.max_index)
-    modulus = np.abs(seen.value)
+        result = amplification(state.camera(), state.star(), frequencies, max_index=state.max_index)
+    modulus = np.abs(result.value)
     record = {
         "kind": "waves",
         "state": state.record(),
         "frequency": state.frequency,
         "modulus": modulus[-1],
-        "error": seen.error[-1],
-        "method": str(seen.method[-1]),
-        "sum": float(np.sqrt((seen.image_amplitude[seen.image_index <= state.max_index] ** 2).sum())),
-        "certified": seen.certified,
-        "remarks": list(seen.remarks),
+        "error": result.error[-1],
+        "method": str(result.method[-1]),
+        "sum": float(np.sqrt((result.image_amplitude[result.image_index <= state.max_index] ** 2).sum())),
+        "certified": result.certified,
+        "remarks": list(result.remarks),
         "seconds": time.perf_counter() - began,
     }
-    return Message(record, {"spectrum": np.stack([frequencies, modulus, seen.error], axis=-1)[:-1]})
+    return Message(record, {"spectrum": np.stack([frequencies, modulus, result.error], axis=-1)[:-1]})
 
 
 def _event(event: PairEvent, period: float) -> dict[str, object]:

@@ -131,7 +131,7 @@ class ExplorerState:
             f"caustics = kc.caustics(camera, orders={self.orders})\n"
             f"images = kc.star_images(camera, {star}, max_index={self.max_index})\n"
         )
-        lines += f"seen = kc.magnification(camera, {star}, {size})\n" * (self.size > 0)
+        lines += f"magnification = kc.magnification(camera, {star}, {size})\n" * (self.size > 0)
         waves = f"{self.frequency:.12g}, max_index={self.max_index}"
         return lines + f"waves = kc.amplification(camera, {star}, {waves})\n" * (self.frequency > 0)
 

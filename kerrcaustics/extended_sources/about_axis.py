@@ -43,17 +43,17 @@ class AxialLimb:
         toward = from_angles(sheets.camera.inclination, 0.0)
         axis = np.stack([*polar_basis(toward), toward])
         self._longitude = _longitudes(circle, axis)
-        seen = sheets.sheets[int(sheets.curves.domain.unbounded) :]
-        self._sheets = [_SeenOnSheet(sheets, sheet, axis, circle) for sheet in seen]
+        first = int(sheets.curves.domain.unbounded)
+        self._images = [_SheetImages(sheets, sheet, axis, circle) for sheet in sheets.sheets[first:]]
 
     def arcs(self, wanted: float) -> BoundaryArcs:
         """Arcs along all images; wanted: error of their areas in all, square radians."""
         low, high = self._longitude[:-1], self._longitude[1:]
         count, parts = len(low), []
-        for seen in self._sheets:
+        for images in self._images:
             first = 1 + max((int(part.right.max()) for part in parts), default=-1)
-            left, index = first + np.arange(count), np.full(count, seen.sheet.index)
-            arcs = refined(seen.traced, index, low, high, left, np.roll(left, -1), first + count, wanted)
+            left, index = first + np.arange(count), np.full(count, images.sheet.index)
+            arcs = refined(images.traced, index, low, high, left, np.roll(left, -1), first + count, wanted)
             assert arcs is not None
             parts.append(arcs)
         return parts[0].joined(*parts[1:])
@@ -70,7 +70,7 @@ def _longitudes(circle: Circle, axis: Float[Array, "3 3"]) -> Float[Array, " lon
 
 
 @dataclass(frozen=True, eq=False)
-class _SeenOnSheet:
+class _SheetImages:
     """Images of the points of a circle with one Morse index.
 
     axis: rows e_theta, e_phi at the viewer and the direction from the hole to it.

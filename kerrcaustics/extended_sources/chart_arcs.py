@@ -86,10 +86,10 @@ def _polynomials(
     """Arcs along steps, what they miss the curve by and its own error, as areas, and places in the middle."""
     places = np.tile(_PLACES, (len(steps), 1))
     curve = on_curves(patch, steps.axes, steps.start, steps.stop, places, steps.order, steps.rising)
-    sky = curve.seen.sky.reshape(*places.shape, 3)
+    sky = curve.rays.sky.reshape(*places.shape, 3)
     points, check = sky[:, : len(NODES)], sky[:, len(NODES) : -1]
     size = lengths(along(DERIVATIVE, points)) @ WEIGHTS
-    start, stop = (patch.seen(*ends.T).sky for ends in (steps.start, steps.stop))
+    start, stop = (patch.rays(*ends.T).sky for ends in (steps.start, steps.stop))
     beside = lengths(along(_TO_CHECK, points) - check).max(axis=1)
     # Arcs that meet must come to the node.
     apart = lengths(along(AT_ENDS, points) - np.stack([start, stop], axis=1)).max(axis=1)
@@ -127,8 +127,8 @@ def extremes(patch: Patch, outline: Contours) -> Float[Array, " extremes"]:
     if not len(steps):
         return np.empty(0)
     parts = np.tile((1 + _EXTREME_NODES) / 2, (len(steps), 1))
-    seen = on_curves(patch, steps.axes, steps.start, steps.stop, parts, steps.order, steps.rising).seen
-    distance = patch.disc.distance(seen.place).reshape(parts.shape)
+    rays = on_curves(patch, steps.axes, steps.start, steps.stop, parts, steps.order, steps.rising).rays
+    distance = patch.disc.distance(rays.place).reshape(parts.shape)
     values = []
     for row in chebyshev.chebfit(_EXTREME_NODES, distance.T, len(_EXTREME_NODES) - 1).T:
         roots = chebyshev.chebroots(chebyshev.chebder(row))
@@ -149,7 +149,7 @@ def rim_arcs(patch: Patch, outline: Contours, first: int) -> ChartArcs:
     if not len(here):
         here, phase, first = np.array([first]), np.zeros(1), first + 1
     low, high, left, right = phase, np.append(phase[1:], phase[0] + _TURN), here, np.roll(here, -1)
-    middle = patch.seen((low + high) / 2, np.full(len(low), height))
+    middle = patch.rays((low + high) / 2, np.full(len(low), height))
     within = (middle.height < 0) & (middle.index <= patch.max_index)
     parts = [_none()]
     for a, b, i, j, k in zip(low[within], high[within], left[within], right[within], middle.index[within], strict=True):

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.optimize import elementwise
 
-from kerrcaustics.extended_sources.patches import Patch, Seen
+from kerrcaustics.extended_sources.patches import ChartRays, Patch
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import lengths
 
@@ -27,13 +27,13 @@ _TIGHT = {"xatol": 1e-15, "xrtol": 1e-15}
 class OnCurves:
     """Places on curves, at parts of chords.
 
-    place: on the chart; seen: the rays there, one after another; slope: by how much what vanishes on the curve grows to
+    place: on the chart; rays: the rays there, one after another; slope: by how much what vanishes on the curve grows to
     the left over the length of the chord; error: of the directions across the curve, radians, infinite where it is
     lost.
     """
 
     place: Float[Array, "chords parts 2"]
-    seen: Seen
+    rays: ChartRays
     slope: Float[Array, "chords parts"]
     error: Float[Array, "chords parts"]
 
@@ -51,13 +51,13 @@ class _Lines(Rows):
     limb: Bool[Array, " lines"]
     reach: Float[Array, " lines"]
 
-    def at(self, patch: Patch, way: Float[Array, " lines"]) -> tuple[Seen, Float[Array, " lines"], Array]:
+    def at(self, patch: Patch, way: Float[Array, " lines"]) -> tuple[ChartRays, Float[Array, " lines"], Array]:
         """Rays on the lines, what vanishes on the curve, and its error."""
-        seen = patch.seen(*(self.base + way[:, None] * self.left).T)
+        rays = patch.rays(*(self.base + way[:, None] * self.left).T)
         return (
-            seen,
-            np.where(self.limb, seen.height, seen.ratio),
-            np.where(self.limb, seen.error, seen.ratio_error),
+            rays,
+            np.where(self.limb, rays.height, rays.ratio),
+            np.where(self.limb, rays.error, rays.ratio_error),
         )
 
 
@@ -140,14 +140,14 @@ def on_curves(
     here = np.flatnonzero(astray & (wanted != 0))
     if 0 < len(here) <= _MOST_ASTRAY:
         search = search.updated(here, _bracketed(patch, lines[here], wanted[here], search[here]))
-    seen, value, error = lines.at(patch, search.way)
+    rays, value, error = lines.at(patch, search.way)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         off = (np.abs(value) + error) / np.abs(search.slope)
         lost = (np.abs(value) > _MOST_ERRORS * error) & (off > _SMALL)
         lost |= search.slope * wanted < 0
         off = np.where(lost | ~np.isfinite(off), np.inf, off * lever)
     place = (lines.base + search.way[:, None] * lines.left).reshape(*part.shape, 2)
-    return OnCurves(place, seen, search.slope.reshape(part.shape), off.reshape(part.shape))
+    return OnCurves(place, rays, search.slope.reshape(part.shape), off.reshape(part.shape))
 
 
 def _begun(patch: Patch, lines: _Lines) -> tuple[_Search, Float[Array, " lines"]]:
@@ -198,7 +198,7 @@ def meetings(
         return on_curves(patch, axes, a, b, part[:, None], order, ends[8]).place[:, 0]
 
     def value(part: Array, *ends: Array) -> Array:
-        return patch.seen(*place(part, *ends).T).ratio
+        return patch.rays(*place(part, *ends).T).ratio
 
     args = (*start.T, *stop.T, *axes.reshape(-1, 4).T, rising)
     root = elementwise.find_root(value, (np.zeros(len(start)), np.ones(len(start))), args=args, tolerances=_TIGHT)

@@ -57,15 +57,15 @@ class ChartGrid:
             corners[..., 0] %= self.count[0]
         flat, back = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
         self.corners, self.which = flat, back.reshape(-1, 4)
-        self.seen = self.patch.seen(*self.place(flat).T)
+        self.rays = self.patch.rays(*self.place(flat).T)
         if self.turned:
             twice = (2 * self.cells[:, None] + CORNERS[SIDES].sum(axis=1)).reshape(-1, 2)
             flat, back = np.unique(twice, axis=0, return_inverse=True)
-            self.middle, self.which_middle = self.patch.seen(*self.place(flat / 2).T).place, back.reshape(-1, 4)
+            self.middle, self.which_middle = self.patch.rays(*self.place(flat / 2).T).place, back.reshape(-1, 4)
 
     def near(self) -> Bool[Array, " cells"]:
         """True for cells on the limb, and those within the disc that a critical curve passes."""
-        height, index = self.seen.height[self.which], self.seen.index[self.which]
+        height, index = self.rays.height[self.which], self.rays.index[self.which]
         highest = self.patch.max_index
         along, across = self.sides()
         reach = _REACH * np.hypot(along, across)
@@ -77,7 +77,7 @@ class ChartGrid:
 
     def sides(self) -> tuple[Float[Array, " cells"], Float[Array, " cells"]]:
         """Lengths of the images of cells, along their first side and along the second one."""
-        place = self.seen.place[self.which]
+        place = self.rays.place[self.which]
         if not self.turned:
             return tuple(
                 np.maximum(lengths(place[:, a] - place[:, b]), lengths(place[:, c] - place[:, d]))
@@ -146,7 +146,7 @@ class ChartGrid:
             number[:, 0] = (number[:, 0] + self.count[0] // 2) % self.count[0] - self.count[0] // 2
             if np.ptp(number[:, 0]) > self.count[0] / 3:
                 return None
-        corner = self.seen.place[self.which[piece]]
+        corner = self.rays.place[self.which[piece]]
         along, across = (corner[:, b] - corner[:, a] + corner[:, d] - corner[:, c] for a, b, c, d in _EDGES)
         rates = np.stack([along, across], axis=1) / 2
         square, vectors = np.linalg.eigh(np.einsum("nix,njx->ij", rates, rates) / len(piece))

@@ -135,7 +135,7 @@ def _crossed(grid: ChartGrid) -> _Crossed:
     """The nodes on all sides of cells, each side once."""
     ends = grid.which[:, SIDES].reshape(-1, 2)
     sides, back = np.unique(ends, axis=0, return_inverse=True)
-    height, index = grid.seen.height[sides], grid.seen.index[sides]
+    height, index = grid.rays.height[sides], grid.rays.index[sides]
     low = grid.place(grid.corners[sides[:, 0]])
     step = _wrapped(grid.place(grid.corners[sides[:, 1]]) - low)
     jump = np.abs(index[:, 0] - index[:, 1])
@@ -145,7 +145,7 @@ def _crossed(grid: ChartGrid) -> _Crossed:
         _roots(grid.patch, low[limb], step[limb], "height"),
         _roots(grid.patch, low[critical], step[critical], "ratio"),
     ]
-    on_limb, on_curve = (grid.patch.seen(*place.T) for place in places)
+    on_limb, on_curve = (grid.patch.rays(*place.T) for place in places)
     inside = on_curve.height < 0
     count = len(limb) + int(inside.sum())
     nodes = Nodes(
@@ -175,7 +175,7 @@ def _roots(patch: Patch, low: Array, step: Array, field: str) -> Float[Array, "s
         return low
 
     def value(part: Array, a: Array, b: Array, c: Array, d: Array) -> Array:
-        return getattr(patch.seen(a + part * c, b + part * d), field)
+        return getattr(patch.rays(a + part * c, b + part * d), field)
 
     bracket = np.zeros(len(low)), np.ones(len(low))
     root = elementwise.find_root(value, bracket, args=(*low.T, *step.T), tolerances=_TIGHT)
@@ -237,9 +237,9 @@ def _pairs(grid: ChartGrid, at: Int[Array, "cells 4"]) -> tuple[Array, Array, Ar
     rows = [(two, *ends.T)] if len(two) else []
     four = np.flatnonzero(count == 4)
     if len(four):
-        middle = grid.patch.seen(*grid.place(grid.cells[four] + 0.5).T).height < 0
+        middle = grid.patch.rays(*grid.place(grid.cells[four] + 0.5).T).height < 0
         # The corners that are like the middle are joined through it; sides run below, right, above, left.
-        joined = middle == (grid.seen.height[grid.which[four, 0]] < 0)
+        joined = middle == (grid.rays.height[grid.which[four, 0]] < 0)
         rows += [
             (four, np.zeros(len(four), int), np.where(joined, 1, 3)),
             (four, np.where(joined, 2, 1), np.where(joined, 3, 2)),
@@ -259,7 +259,7 @@ def _rising(
     """1 where the disc lies to the right of a step, else -1; cut: a corner beside it."""
     chord, corner = ends[1] - ends[0], grid.place(grid.cells[cell] + CORNERS[cut]) - ends[0]
     to_left = chord[:, 0] * corner[:, 1] > chord[:, 1] * corner[:, 0]
-    inside = grid.seen.height[grid.which[cell, cut]] < 0
+    inside = grid.rays.height[grid.which[cell, cut]] < 0
     return np.where(to_left == inside, -1.0, 1.0)
 
 

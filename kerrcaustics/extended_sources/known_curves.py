@@ -56,10 +56,10 @@ def refined(
     """
     pieces: list[BoundaryArcs] = []
     for halving in range(_MOST_HALVINGS + 1):
-        seen = traced(low, high)
-        if seen is None:
+        rays = traced(low, high)
+        if rays is None:
             return None
-        sky, noise = seen
+        sky, noise = rays
         points, check = sky[:, : len(NODES)], sky[:, len(NODES) : -2]
         size = lengths(along(DERIVATIVE, points)) @ WEIGHTS
         off, tangent = along(_TO_CHECK, points) - check, unit(along(_RATE_AT_CHECK, points))

@@ -189,10 +189,10 @@ class Limb:
         size = np.repeat(size, shape[1])
         most = _LONGEST_PART * size[far]
         step[far] = np.clip(np.nan_to_num(offset.length[far], posinf=0), -most, most)[:, None] * offset.inward[far]
-        seen = Offset(*(values.reshape(shape[:2] + values.shape[1:]) for values in vars(offset).values()))
+        offsets = Offset(*(values.reshape(shape[:2] + values.shape[1:]) for values in vars(offset).values()))
         # Steps bend with the layers of images next to the hole, which are thinner than the ring is bent.
         reached = chart_of(self.camera).stepped(flat, step, np.ones(len(flat)))[0]
-        return reached.reshape(shape), seen
+        return reached.reshape(shape), offsets
 
     def offset(self, sky: Float[Array, "n 3"], beams: Beams) -> Offset:
         """The way to the limb from directions that have been traced."""

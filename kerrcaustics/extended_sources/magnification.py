@@ -190,11 +190,11 @@ def magnification(
     centre = surface.vectors(np.array([place]))[0]
     weight = _weight(power, viewer, surface)
     whole = measured(viewer, surface, centre, angle, highest, weight)
-    seen = whole if brightness.is_uniform else _graded(viewer, surface, centre, whole, brightness, weight)
-    per_solid_angle = 1 / seen.solid_angle
+    disc = whole if brightness.is_uniform else _graded(viewer, surface, centre, whole, brightness, weight)
+    per_solid_angle = 1 / disc.solid_angle
     # Of a source that is not seen there is none.
     with np.errstate(divide="ignore", invalid="ignore"):
-        middle = seen.moment / (lengths(seen.moment) if len(seen.moment) == 3 else seen.area)
+        middle = disc.moment / (lengths(disc.moment) if len(disc.moment) == 3 else disc.area)
     spread = float(lengths(whole.points - middle).max(initial=0.0))
     return Magnification(
         camera=viewer,
@@ -203,15 +203,15 @@ def magnification(
         size=float(size),
         power=float(power),
         profile=brightness.words,
-        total=seen.area * per_solid_angle,
-        error=seen.error * per_solid_angle,
-        per_index=dict(enumerate((seen.shares * per_solid_angle).tolist())),
-        per_index_error=dict(enumerate((seen.share_errors * per_solid_angle).tolist())),
+        total=disc.area * per_solid_angle,
+        error=disc.error * per_solid_angle,
+        per_index=dict(enumerate((disc.shares * per_solid_angle).tolist())),
+        per_index_error=dict(enumerate((disc.share_errors * per_solid_angle).tolist())),
         centroid=middle,
-        centroid_error=seen.error / seen.area * spread if seen.area else math.nan,
-        images=_images(viewer, surface, seen),
-        certified=seen.certified,
-        remarks=(*direct_remarks(surface, viewer), *seen.remarks),
+        centroid_error=disc.error / disc.area * spread if disc.area else math.nan,
+        images=_images(viewer, surface, disc),
+        certified=disc.certified,
+        remarks=(*direct_remarks(surface, viewer), *disc.remarks),
     )
 
 

@@ -61,13 +61,13 @@ def measured(
         high = _measured(viewer, surface, centre, angle * (1 + part), max_index, weight, nested)
         return here.between(low, high) if high.certified else None
 
-    if (seen := beside(_NEAREST)) is not None:
-        return seen
+    if (smoothed := beside(_NEAREST)) is not None:
+        return smoothed
     best = here
     for part in _BESIDE:
-        if (seen := beside(part)) is None:
+        if (smoothed := beside(part)) is None:
             break
-        best = seen
+        best = smoothed
     return best
 
 

@@ -77,7 +77,7 @@ class Disc:
 
 
 @dataclass(frozen=True)
-class Seen(Rows):
+class ChartRays(Rows):
     """Rays of a chart.
 
     sky: directions; place: vectors of their ends; height: distance from the limb, negative within the disc, and its
@@ -120,8 +120,8 @@ class Patch:
     @cached_property
     def parity(self) -> float:
         """1 where ratios of beams are positive for even index, -1 where they are negative."""
-        seen = self.seen(_SENSES, np.full(len(_SENSES), self.low + _INSIDE * (self.high - self.low)))
-        return float(np.sign(np.nanmedian(np.sign(seen.ratio) * (1 - 2 * (seen.index % 2)))))
+        rays = self.rays(_SENSES, np.full(len(_SENSES), self.low + _INSIDE * (self.high - self.low)))
+        return float(np.sign(np.nanmedian(np.sign(rays.ratio) * (1 - 2 * (rays.index % 2)))))
 
     @cached_property
     def sense(self) -> float:
@@ -132,13 +132,13 @@ class Patch:
         along, up = self.lines(_SENSES + _STEP, middle) - here, self.lines(_SENSES, middle + step) - here
         return float(np.sign(np.median(np.einsum("ni,ni->n", np.cross(along, up), here))))
 
-    def seen(self, phase: Float[Array, " n"], height: Float[Array, " n"]) -> Seen:
+    def rays(self, phase: Float[Array, " n"], height: Float[Array, " n"]) -> ChartRays:
         """The rays at places of the chart."""
         sky = self.lines(phase, height if self.open_ended else np.clip(height, self.low, self.high))
         end = self.surface
         beams = trace_beams(self.camera, sky, "auto", TOLERANCE, end=end, crossings=False, redshift=False)
         place, index = end.ends(beams), np.asarray(beams.index)
-        return Seen(
+        return ChartRays(
             sky=sky,
             place=place,
             height=self.disc.height(place),
@@ -219,11 +219,11 @@ def _between(circles: Circles, radii: Float[Array, " 2"], guesses: list[Spline])
         spline = periodic(phases, ends)
         near = np.flatnonzero(new)
         middle = (phases[near] + np.append(phases[1:], phases[0] + _TURN)[near]) / 2
-        seen = looked_at(middle)
-        off = np.abs(spline(middle) - seen).max(axis=1) > _BENT * np.abs(seen[:, 1] - seen[:, 0])
+        new_ends = looked_at(middle)
+        off = np.abs(spline(middle) - new_ends).max(axis=1) > _BENT * np.abs(new_ends[:, 1] - new_ends[:, 0])
         if not off.any():
             break
-        phases, ends = np.append(phases, middle % _TURN), np.concatenate([ends, seen])
+        phases, ends = np.append(phases, middle % _TURN), np.concatenate([ends, new_ends])
         way = np.argsort(phases)
         # On both sides of a line that was bent, and of the lines beside it.
         new = np.append(np.zeros(len(new), bool), off)

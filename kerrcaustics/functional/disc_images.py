@@ -69,7 +69,7 @@ class Disc(NamedTuple):
     radius: Array
     axes: Float[Array, "3 2"]
 
-    def seen(self, arrival: Vector) -> Pair:
+    def in_plane(self, arrival: Vector) -> Pair:
         """A direction in the plane."""
         arrival = unit(arrival)
         return self.axes.T @ arrival * jnp.sqrt(2 / (1 + self.centre @ arrival))
@@ -192,7 +192,7 @@ def _image_area(numbers: Vector, disc: Disc, near: Near) -> Array:
     """The solid angle of one image of a disc, by an integral over the disc."""
     fixed = jax.lax.stop_gradient
     place = _place_of_image(fixed(numbers), fixed(disc), near)
-    patch = patch_of(numbers, place, near.motion, disc.seen, _IMAGE_NODES)
+    patch = patch_of(numbers, place, near.motion, disc.in_plane, _IMAGE_NODES)
     images = jax.vmap(jax.vmap(partial(_inside, patch)))(disc.radius * jnp.asarray(_DISC))
     densities = jax.vmap(jax.vmap(partial(_density, place, patch)))(images)
     area = jnp.pi * disc.radius**2 * (densities.mean(axis=-1) @ _DISC_SHARES)
@@ -208,7 +208,7 @@ def _place_of_image(numbers: Vector, disc: Disc, near: Near) -> Place:
     _, columns = jacobian(numbers, sky, near.motion)
     _, sizes, right = jnp.linalg.svd(columns)
     place = Place(sky, tangents(sky) @ right.T, _MARGIN * disc.radius / sizes)
-    patch = patch_of(numbers, place, near.motion, disc.seen, _IMAGE_NODES)
+    patch = patch_of(numbers, place, near.motion, disc.in_plane, _IMAGE_NODES)
     limb = jax.vmap(partial(_inside, patch))(disc.radius * jnp.asarray(_DISC[-1] / np.linalg.norm(_DISC[-1, 0])))
     return place._replace(widths=_MARGIN * place.widths * jnp.clip(jnp.abs(limb).max(axis=0), 0.5, _LONGER))
 
@@ -245,7 +245,7 @@ def pair_area(numbers: Vector, disc: Disc, near: Vector, motion: Moving) -> Arra
     across = unit(shape.across - disc.centre * (shape.across @ disc.centre))
     disc = disc._replace(axes=jnp.stack([across, jnp.cross(disc.centre, across)], axis=-1))
     place = _place_of_pair(fold, shape, fixed(disc))
-    patch = patch_of(numbers, place, motion, disc.seen)
+    patch = patch_of(numbers, place, motion, disc.in_plane)
     resolved = fold.found & (fixed(patch.tail()) < _RESOLVED)
     caustic = _caustic(patch, disc.radius)
     areas = [_integral(patch, place, disc, caustic, rule) for rule in (_NODES, _FEWER)]
@@ -284,7 +284,7 @@ def _shape(fold: Fold) -> Shape:
 
 def _place_of_pair(fold: Fold, shape: Shape, disc: Disc) -> Place:
     """A patch that holds the pair's images of a disc, and the critical curve between them."""
-    caustic = disc.seen(fold.patch(fold.at))[0]
+    caustic = disc.in_plane(fold.patch(fold.at))[0]
     far = jnp.maximum(disc.radius - caustic, 0.1 * disc.radius)
     along = disc.radius + jnp.abs(shape.bend[1] / shape.bend[0]) * far
     return Place(fold.sky, shape.axes, _MARGIN * jnp.stack([jnp.sqrt(far / shape.bend[0]), along / shape.major]))

@@ -70,7 +70,7 @@ def _polynomials(at: Pair, count: int) -> Float[Array, "2 nodes"]:
 
 
 def patch_of(
-    numbers: Vector, place: Place, motion: Moving, seen: Callable[[Vector], Array], nodes: int = NODES
+    numbers: Vector, place: Place, motion: Moving, function: Callable[[Vector], Array], nodes: int = NODES
 ) -> Patch:
     """The polynomial of a function of n' on a patch.
 
@@ -78,7 +78,7 @@ def patch_of(
     """
     line = chebyshev.chebpts1(nodes)
     grid = jnp.stack(jnp.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
-    there = jax.vmap(lambda at: seen(_ray(numbers, (place.sky(at), motion))))(grid)
+    there = jax.vmap(lambda at: function(_ray(numbers, (place.sky(at), motion))))(grid)
     to = coefficients_from(line)
     return Patch(jnp.einsum("im,jn,mnk->ijk", to, to, there.reshape(nodes, nodes, -1)))
 

@@ -289,6 +289,11 @@ def bounding_curves(camera: Viewer, max_index: int, surface: End) -> CriticalCur
     """The critical curves that bound images to an index; ValueError unless each is whole. camera: at rest."""
     check_index(domain_of(surface, camera), max_index)
     curves = with_ring_at_infinity(critical_curves(camera, max_index + 1, surface=surface))
+    if not curves.unbroken:
+        raise ValueError(
+            "Argument `end` must be a surface on which the critical curve of order 1 can be followed all the way round, "
+            f"but on {surface.in_words()} it cannot for this camera: try one farther from the photon orbits."
+        )
     if curves.unbroken <= max_index:
         raise ValueError(
             f"Argument `max_index` must be less than {curves.unbroken} for this camera: of the critical curves that "

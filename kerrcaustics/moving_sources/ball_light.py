@@ -52,14 +52,14 @@ def ball_shares(
     curves: ImageCurves,
     times: Float[Array, " t"],
     wanted: list[Array],
-    seen: list[SeenImages],
+    point_images: list[SeenImages],
 ) -> BallShares:
     """The light of a ball. wanted: the times of each branch at which its image as a point is there, and is seen."""
     shape = len(curves.branches), len(times)
     flux, error, sky = np.zeros(shape), np.zeros(shape), np.full((*shape, 3), np.nan)
     parts: list[_Part] = []
     turns = {turn: k for k, turn in enumerate(curves.turns)}
-    for k, (branch, which, images) in enumerate(zip(curves.branches, wanted, seen, strict=True)):
+    for k, (branch, which, images) in enumerate(zip(curves.branches, wanted, point_images, strict=True)):
         if not len(which):
             continue
         sights = _sights(ball.source, images.sky, images.emitted, times[which], images.second)

@@ -243,9 +243,9 @@ class Ball:
         aim, many = np.tile(places, (n, 1)), sights[np.repeat(np.arange(n), len(places))]
         # Begun where the linear map has them.
         step = np.nan_to_num(solved(np.repeat(middle.by_sky, len(places), axis=0), aim))
-        seen, good = self.brought(many.at(_moved(many.sky, step), many.time), aim)
+        passes, good = self.brought(many.at(_moved(many.sky, step), many.time), aim)
         with np.errstate(invalid="ignore", divide="ignore"):
-            signed = (seen.light / np.linalg.det(seen.by_sky)).reshape(n, -1) / (4 * math.pi)
+            signed = (passes.light / np.linalg.det(passes.by_sky)).reshape(n, -1) / (4 * math.pi)
             light = np.abs(signed)
             even = good.reshape(n, -1).all(axis=1) & (np.sign(signed) == np.sign(signed[:, :1])).all(axis=1)
             even &= light.max(axis=1) < _EVEN * light.min(axis=1)

@@ -260,9 +260,9 @@ def _of_point(
     moments = searched(source, _moments(source.motion, span, searches), highest)
     curves = image_curves(source, moments, highest)
     wanted = [_lived(branch.points.arrival, times) for branch in curves.branches]
-    seen = seen_images(source, list(curves.branches), [times[which] for which in wanted])
-    ball = ball_shares(Ball(source, size, highest), curves, times, wanted, seen) if size else None
-    return _light_curve(source, orbit, times, curves, wanted, seen, ball, size)
+    point_images = seen_images(source, list(curves.branches), [times[which] for which in wanted])
+    ball = ball_shares(Ball(source, size, highest), curves, times, wanted, point_images) if size else None
+    return _light_curve(source, orbit, times, curves, wanted, point_images, ball, size)
 
 
 def _lived(arrival: Float[Array, " points"], times: Float[Array, " t"]) -> Array:
@@ -355,7 +355,7 @@ def _light_curve(
     times: Float[Array, " t"],
     curves: ImageCurves,
     wanted: list[Array],
-    seen: list[SeenImages],
+    point_images: list[SeenImages],
     ball: BallShares | None,
     size: float,
 ) -> SourceLightCurve:
@@ -367,7 +367,7 @@ def _light_curve(
     def table(value: Callable[[SeenImages], Array], empty: float, *shape: int) -> Array:
         rows = np.full((len(kept), len(times), *shape), empty)
         for row, k in enumerate(kept):
-            rows[row, wanted[k]] = value(seen[k])
+            rows[row, wanted[k]] = value(point_images[k])
         return rows
 
     shares, off = table(lambda s: s.flux, 0.0), table(lambda s: s.error, 0.0)
@@ -384,7 +384,7 @@ def _light_curve(
         centroid = centroid / (lengths(centroid) if axes == 3 else flux)[:, None]
         apart = lengths(places - centroid)
         centroid_error = (off * apart + shares * np.nan_to_num(sky_error)).sum(axis=0) / flux
-    unreached = sum(int((~s.reached).sum()) for s in seen)
+    unreached = sum(int((~s.reached).sum()) for s in point_images)
     remarks = [*curves.remarks, *(() if ball is None else ball.remarks)]
     if unreached:
         remarks.append(f"{unreached} images at some of the times are known roughly")

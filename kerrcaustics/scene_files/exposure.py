@@ -28,7 +28,7 @@ _BRIGHTEST = 1e30
 
 
 class Development(NamedTuple):
-    """A picture of bytes without overlays, its exposure, and the part of its pixels that are cut at white."""
+    """A picture of bytes without overlays, its exposure, and the part of its pixels that are clipped at white."""
 
     picture: UInt8[Array, "height width 3"]
     exposure: float

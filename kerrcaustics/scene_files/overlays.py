@@ -178,8 +178,8 @@ def _beside(
     # Beside captions, too, which have a line above or below.
     room = np.array([letter, _CAPTION_LINES * letter])
     inside = [((part > room) & (part < [view.width, view.height] - room)).all(axis=1) for part in (begin, end)]
-    seen = _inside(view, points)
-    return points, begin, np.where(inside[0] & inside[1] & seen, score, -np.inf)
+    in_view = _inside(view, points)
+    return points, begin, np.where(inside[0] & inside[1] & in_view, score, -np.inf)
 
 
 def _behind(colour: str) -> str:

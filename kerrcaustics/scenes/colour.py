@@ -270,12 +270,12 @@ def shift_of(spectrum: ArrayLike | None) -> Shift:
 
 
 def _shifted(
-    seen: Callable[[Reals], Array], redshift: Reals, beaming: bool, colour_shift: bool
+    light: Callable[[Reals], Array], redshift: Reals, beaming: bool, colour_shift: bool
 ) -> Float[Array, "*batch 3"]:
-    """Factors of light whose channels are `seen` with frequency ratios."""
+    """Factors of light whose channels are `light` with frequency ratios."""
     if not colour_shift:
         return shifted_light(redshift, beaming, False)
-    return _factor(seen(np.ones(())), seen(np.asarray(redshift)), beaming)
+    return _factor(light(np.ones(())), light(np.asarray(redshift)), beaming)
 
 
 def _power_law(exponent: Float[Array, "*_"], redshift: Reals) -> Float[Array, "*batch 3"]:

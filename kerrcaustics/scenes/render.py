@@ -343,8 +343,8 @@ def trace_view(
     visible = seen_sky(camera, view, close, hidden, end=end)
     counts = visible.supersampled, on_disk + visible.beams, visible.error, clock() - began, plane.beams
     parts = [tuple(part) for part in visible.parts]
-    seen = tuple(visible.cells), parts
-    return TracedView(camera, view, visible.visible_fraction, *counts, about, cells, *seen, sky_radius=end.radius)
+    sky_cells = tuple(visible.cells), parts
+    return TracedView(camera, view, visible.visible_fraction, *counts, about, cells, *sky_cells, sky_radius=end.radius)
 
 
 @with_stages

@@ -45,7 +45,7 @@ def tone_mapped(
     exposure : float or "auto"
         Factor of the light: 1 becomes white. "auto": by the light itself, as `auto_exposure`.
     curve : str
-        "linear": cut at white. "asinh": luminance L becomes asinh(s L) / asinh(s), linear in the dark and logarithmic
+        "linear": clipped at white. "asinh": luminance L becomes asinh(s L) / asinh(s), linear in the dark and logarithmic
         in the light, with s the softening; colours keep their hue, and what is then too bright for a channel is mixed
         with white of its luminance.
     softening : float
@@ -127,7 +127,7 @@ def auto_exposure(light: ArrayLike, curve: str = "linear", softening: float = _S
 
 @usual_warnings
 def clipped_fraction(light: ArrayLike, exposure: float, curve: str = "linear") -> float:
-    """The part of a picture's pixels that are cut at white: luminance, or on the linear curve a channel, is over 1.
+    """The part of a picture's pixels that are clipped at white: luminance, or on the linear curve a channel, is over 1.
 
     Parameters
     ----------

@@ -151,8 +151,8 @@ def isoradials(
     for crossing in in_steps("crossing", range(1, crossings + 1)):
         surface = EquatorialPlane(crossing, motion)
         for radius in in_steps("circle", circles.tolist()):
-            seen, doubts = _images(camera, surface, radius, edge_phase, time=time)
-            curves += seen
+            images, doubts = _images(camera, surface, radius, edge_phase, time=time)
+            curves += images
             remarks += [f"crossing {crossing}, r = {radius:.12g}: {doubt}" for doubt in doubts]
     return IsoradialSet(tuple(curves), not remarks, tuple(remarks))
 

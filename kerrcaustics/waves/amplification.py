@@ -170,8 +170,8 @@ def _amplification(
     asked: WaveSource, omega: Float[Array, " frequencies"], highest: int, how: WaveMethod
 ) -> Amplification:
     source = asked.beyond_viewer()
-    seen = star_images(source.viewer, source.place, min(highest + 1, HIGHEST_INDEX), end=source.surface)
-    waves = wave_images(source, seen)
+    images = star_images(source.viewer, source.place, min(highest + 1, HIGHEST_INDEX), end=source.surface)
+    waves = wave_images(source, images)
     parts = best_parts(source, waves, highest, np.abs(omega), how)
     field = np.sum([part.value for part in parts], axis=0)
     field = np.where(omega < 0, field.conj(), field)
@@ -192,6 +192,6 @@ def _amplification(
         image_index=waves.index,
         image_amplitude=waves.amplitude,
         image_time=waves.time,
-        certified=seen.certified or bool(seen.on_caustic),
-        remarks=seen.remarks,
+        certified=images.certified or bool(images.on_caustic),
+        remarks=images.remarks,
     )

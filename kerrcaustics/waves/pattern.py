@@ -236,10 +236,10 @@ def _rings(sources: list[WaveSource], sheets: Sheets, nearest: int, highest: int
     return rings
 
 
-def _free(seen: list[WaveImages], rings: dict[int, list[NearestCurve]]) -> list[WaveImages]:
+def _free(images: list[WaveImages], rings: dict[int, list[NearestCurve]]) -> list[WaveImages]:
     """The images of each source that belong to no ring, by their times."""
     free = []
-    for source, waves in enumerate(seen):
+    for source, waves in enumerate(images):
         held = np.zeros(len(waves), bool)
         for order, curves in rings.items():
             held |= np.isin(waves.index, (order - 1, order)) & curves[source].holds(waves.time)

@@ -74,9 +74,9 @@ def lit(
         light[pixels], transmission[pixels] = _chunk_lit(disk, layers, shape[1], looks, count, pixels, veil)
 
     with ThreadPoolExecutor(cores()) as pool:
-        for pixels, seen in _ordered(np.flatnonzero(parts), layers, shape[1]):
+        for pixels, covering in _ordered(np.flatnonzero(parts), layers, shape[1]):
             chunks = (pixels[rows] for rows in in_chunks(parts[pixels], lambda count: _LIT // count**2))
-            list(pool.map(store, chunks, repeat(seen)))
+            list(pool.map(store, chunks, repeat(covering)))
     return light.reshape(*shape, 3), transmission.reshape(shape)
 
 
@@ -235,11 +235,11 @@ def _sight(
     which: Array,
     where: Weights,
     count: int,
-    seen: Float[Array, " parts"],
+    transmission: Float[Array, " parts"],
 ) -> _Sight:
-    """The visible plane of those parts that see it; seen: the part of its light that comes through to each of them.
+    """The visible plane of those parts that see it.
 
-    Other parameters as `_groups` yields them.
+    transmission: the part of its light that comes through to each of them; other parameters as `_groups` yields them.
     """
     down, right = (np.arange(part.start, part.stop) for part in block)
     target = rows[:, None] * count**2 + (down[:, None] * count + right).ravel()
@@ -256,7 +256,7 @@ def _sight(
     within = [covered_part(value - edge, *slopes) for edge in (1 / disk.outer, 1 / disk.inner)]
     cover[rim] *= within[0] - within[1]
     parts = (data[:, :, 0], data[:, :, 1:].swapaxes(1, 2), extra @ where.mean, late.swapaxes(0, 1))
-    visible = np.flatnonzero((cover > 0) & (seen[target] > 0))
+    visible = np.flatnonzero((cover > 0) & (transmission[target] > 0))
     return _Sight(*(part.reshape(*part.shape[:-2], -1).take(visible, -1) for part in (target, cover, *parts)))
 
 

@@ -150,12 +150,12 @@ class Spots:
         """Linear sRGB light (n, 3) of spots some of which circle the other way; none of what can move in neither."""
         counter_rotating = samples.opposite(samples)
         light = np.zeros((len(samples.radius), 3))
-        for against, seen in ((False, samples), (True, counter_rotating)):
+        for against, moving in ((False, samples), (True, counter_rotating)):
             chosen = self.retrograde == against
             if chosen.any():
                 columns = ("radius", "azimuth", "temperature", "brightness")
                 some = replace(self, retrograde=False, **{name: getattr(self, name)[chosen] for name in columns})
-                light += np.nan_to_num(some.light(seen, beaming, colour_shift))
+                light += np.nan_to_num(some.light(moving, beaming, colour_shift))
         return light
 
     def _rings(self, orbital: Float[Array, " spots"], time: float) -> list[_Band]:
