@@ -41,15 +41,15 @@ plt.show()
 # ---------------
 #
 # At exposure 1 nearly everything is white: the light of a star field is in units of a star of magnitude 0 per
-# steradian, and a pixel is a small part of one. On the linear curve, bright enough light is clipped at white and loses its
-# colour; ``asinh`` keeps the hue, lifts faint light and leaves room for bright light. Stars look
-# best with it, a disk or a checkerboard alone with ``linear``.
+# steradian, and a pixel is a small part of one. On the linear curve, bright enough light is clipped at white and loses
+# its colour; ``asinh`` keeps the hue, lifts faint light and leaves room for bright light. Stars look best with it,
+# a disk or a checkerboard alone with ``linear``.
 #
 # A number of your own
 # --------------------
 #
-# ``auto_exposure`` returns the number, and ``clipped_fraction`` the fraction of pixels that is then clipped at white; more
-# than a few per cent is too much. ``tone_mapped`` makes the bytes of a file.
+# ``auto_exposure`` returns the number, and ``clipped_fraction`` the fraction of pixels that is then clipped at white;
+# more than a few per cent is too much. ``tone_mapped`` makes the bytes of a file.
 
 exposure = kc.pictures.auto_exposure(stars.light, curve="asinh")
 for stops in (-2, 0, 2):

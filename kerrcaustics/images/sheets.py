@@ -291,8 +291,8 @@ def bounding_curves(camera: Viewer, max_index: int, surface: End) -> CriticalCur
     curves = with_ring_at_infinity(critical_curves(camera, max_index + 1, surface=surface))
     if not curves.unbroken:
         raise ValueError(
-            "Argument `end` must be a surface on which the critical curve of order 1 can be followed all the way round, "
-            f"but on {surface.in_words()} it cannot for this camera: try one farther from the photon orbits."
+            "Argument `end` must be a surface on which the critical curve of order 1 can be followed all the way "
+            f"round, but on {surface.in_words()} it cannot for this camera: try one farther from the photon orbits."
         )
     if curves.unbroken <= max_index:
         raise ValueError(

@@ -45,9 +45,9 @@ def tone_mapped(
     exposure : float or "auto"
         Factor of the light: 1 becomes white. "auto": by the light itself, as `auto_exposure`.
     curve : str
-        "linear": clipped at white. "asinh": luminance L becomes asinh(s L) / asinh(s), linear in the dark and logarithmic
-        in the light, with s the softening; colours keep their hue, and what is then too bright for a channel is mixed
-        with white of its luminance.
+        "linear": clipped at white. "asinh": luminance L becomes asinh(s L) / asinh(s), linear in the dark and
+        logarithmic in the light, with s the softening; colours keep their hue, and what is then too bright for a
+        channel is mixed with white of its luminance.
     softening : float
         How much the dark is raised.
 
