@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from command_line import run
 from exploring import needs_chromium
 from pages_in_browser import WIDTHS, pages, search_results, too_wide
 
@@ -121,6 +122,39 @@ def test_code_runs(page, tmp_path):
     code = "\n".join([begin, BEFORE.get(page.name, ""), *blocks(page)])
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-2000:]
+
+
+def rows_of_limits():
+    """The last cells of the tables of the page, by section: a command, or one expression of Python."""
+    page = (ROOT / "docs" / "limits.md").read_text(encoding="utf-8")
+    for section in page.split("\n## ")[1:]:
+        for cell in re.findall(r"\| ((?:in Python: )?`[^`]+`) \|$", section, re.MULTILINE):
+            yield section.partition("\n")[0], cell.replace("`", "")
+
+
+def test_rows_of_limits_are_found():
+    rows = list(rows_of_limits())
+    table_lines = (ROOT / "docs" / "limits.md").read_text(encoding="utf-8").count("\n|")
+    assert len(rows) == table_lines - 2 * len({section for section, _ in rows}) > 20
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("section", "shown"), list(rows_of_limits()))
+def test_what_limits_say_is_so(section, shown, capsys):
+    refused = section == "Where it refuses"
+    if shown.startswith("in Python: "):
+        import kerrcaustics as kc
+
+        names = {"kc": kc, "camera": kc.Camera(0.9, 10.0), "star": (1.4, 2.9)}
+        with pytest.raises(ValueError, match="Argument"):
+            eval(shown.removeprefix("in Python: "), names)
+        assert refused
+        return
+    status, out, error = run(capsys, *shlex.split(shown)[1:])
+    in_doubt = section == "Where it says that it does not know" and " images " in shown
+    assert status == (2 if refused else 1 if in_doubt else 0), error
+    if refused:
+        assert not out and error.count("\n") == 1 and "Argument" in error
 
 
 @pytest.mark.slow
