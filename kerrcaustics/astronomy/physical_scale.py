@@ -80,13 +80,13 @@ class PhysicalScale:
 
     @property
     def microarcseconds(self) -> float:
-        """GM/c^2 across the line of sight, at the hole's distance, in micro-arcseconds on the observer's sky."""
+        """GM/c^2 across the line of sight, at the hole's distance, in microarcseconds on the observer's sky."""
         if self.distance is None:
             raise ValueError("Argument `distance` must be given for angles, but is None.")
         return self.metres / (self.distance * PARSEC) / _MICROARCSECOND
 
     def quantity(self, kind: Literal["time", "length", "angle"], values: ArrayLike = 1.0) -> Any:
-        """Values in units of M as an astropy Quantity: times in s, lengths in m, angles in micro-arcseconds.
+        """Values in units of M as an astropy Quantity: times in s, lengths in m, angles in microarcseconds.
 
         Needs the package astropy.
         """

@@ -64,7 +64,7 @@ def amplification(
     check_ending(figure)
     check_table(table)
     omega = _frequencies(frequency)
-    seen_from = camera.viewer()
+    viewer = camera.viewer()
     began = time.perf_counter()
     with plain_errors({"source": "star", "frequencies": "frequency", "end": "source-radius"}), progress() as report:
         from kerrcaustics.results import storage
@@ -73,7 +73,7 @@ def amplification(
 
         place = math.radians(star[0]), math.radians(star[1])
         result = waves.amplification(
-            seen_from, place, omega, max_index=max_index, end=source_radius, method=method, progress=report
+            viewer, place, omega, max_index=max_index, end=source_radius, method=method, progress=report
         )
         seconds = time.perf_counter() - began
         if save is not None:

@@ -73,13 +73,13 @@ def caustics(
     end = source.end()
     if source.plane is not None and figure is not None:
         raise BadInput("Argument --figure must not come with --plane.")
-    seen_from = camera.viewer()
+    viewer = camera.viewer()
     with plain_errors(), progress() as report:
         from kerrcaustics.curves.caustic_search import caustics as find
         from kerrcaustics.results import storage
         from kerrcaustics.results.records import record
 
-        curves = find(seen_from, orders, engine, tolerance, progress=report, end=end)
+        curves = find(viewer, orders, engine, tolerance, progress=report, end=end)
     common.write(record(curves, points=points), None if points else 2)
     if save is not None:
         storage.save(save, curves)

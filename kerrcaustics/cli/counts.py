@@ -113,15 +113,15 @@ def counts(
     if circle and source.plane is not None:
         raise BadInput("Argument --plane must not come with --circle: great circles lie on a sphere.")
     places = _read_stars(stars, source) if stars else [source.place(kind, place) for place in (star, circle) if place]
-    end, seen_from = source.end(), camera.viewer()
+    end, viewer = source.end(), camera.viewer()
     began = time.perf_counter()
     with plain_errors({"stars": kind[2:]}), progress() as report:
         if circle:
-            entry, certified, print_on = _circle(seen_from, places[0], max_index, end, line, points, figure)
+            entry, certified, print_on = _circle(viewer, places[0], max_index, end, line, points, figure)
         elif map_:
-            entry, certified, print_on = _map(seen_from, max_index, rows, end, figure, report)
+            entry, certified, print_on = _map(viewer, max_index, rows, end, figure, report)
         else:
-            entry, certified, print_on = _stars(seen_from, places, max_index, end)
+            entry, certified, print_on = _stars(viewer, places, max_index, end)
     print_on(common.console())
     common.say_files(figure=figure)
     common.write_result(entry, time.perf_counter() - began, None if points or map_ else 2)

@@ -62,13 +62,13 @@ def images(
     """
     common.check({"--figure": figure})
     check_ending(figure)
-    end, place, seen_from = source.end(), source.place("--star", star), camera.viewer()
+    end, place, viewer = source.end(), source.place("--star", star), camera.viewer()
     began = time.perf_counter()
     with plain_errors(), progress() as report:
         from kerrcaustics.images.images import star_images
         from kerrcaustics.results.records import record
 
-        result = star_images(seen_from, place, max_index, end=end, progress=report)
+        result = star_images(viewer, place, max_index, end=end, progress=report)
         seconds = time.perf_counter() - began
         if figure is not None:
             report("drawing", 1.0)

@@ -107,9 +107,9 @@ def light_curve(
     common.check_points(points)
     if during is not None and not during[0] < during[1]:
         raise BadInput(f"Argument --during must be two times, the earlier first, but is {during[0]:g} {during[1]:g}.")
-    # At infinity nothing is static but the fiducial observer.
-    still = camera if camera.radius == math.inf else replace(camera, velocity=camera.velocity or "static")
-    seen_from = still.viewer()
+    # Observers have no velocity to choose.
+    chosen = camera.observer or camera.radius == math.inf or camera.velocity is not None
+    viewer = (camera if chosen else replace(camera, velocity="static")).viewer()
     began = time.perf_counter()
     with plain_errors({"camera": "inclination"}), progress() as report:
         from kerrcaustics.moving_sources.light_curve import light_curve as follow
@@ -126,7 +126,7 @@ def light_curve(
         settings: dict[str, Any] = (
             {"crossings": crossings, "motion": motion, "power": power} if kind == "spot" else {"max_index": max_index}
         )
-        light: Any = follow(seen_from, way, clock, source=kind, size=size, **settings, progress=report)
+        light: Any = follow(viewer, way, clock, source=kind, size=size, **settings, progress=report)
         seconds = time.perf_counter() - began
         if save is not None:
             storage.save(save, light)
@@ -142,7 +142,7 @@ def light_curve(
         from kerrcaustics.draw.light_curves import light_curve_film
 
         write_film(film, lambda: light_curve_film(light, motion), restart)
-    common.write_result(record(light, camera=seen_from, points=points), seconds, None)
+    common.write_result(record(light, camera=viewer, points=points), seconds, None)
     (_print_spot if kind == "spot" else _print_source)(light, common.console())
     common.say_files(figure=figure, film=film, table=table, saved=save)
     if not light.certified:

@@ -74,7 +74,7 @@ def magnification(
     common.check_points(points)
     end, place, shade = source.end(), source.place("--star", star), _profile(profile)
     wide = math.radians(size) if end == math.inf else size
-    seen_from = camera.viewer()
+    viewer = camera.viewer()
     began = time.perf_counter()
     with plain_errors({"end": "source-radius"}), progress() as report:
         from kerrcaustics.extended_sources import magnification as extended
@@ -82,7 +82,7 @@ def magnification(
         from kerrcaustics.results.records import record
 
         shown = {"profile": shade, "max_index": max_index, "power": power, "end": end}
-        result = extended.magnification(seen_from, place, wide, **shown, progress=report)
+        result = extended.magnification(viewer, place, wide, **shown, progress=report)
         seconds = time.perf_counter() - began
         if save is not None:
             storage.save(save, result)

@@ -16,7 +16,6 @@ from kerrcaustics.cli.terminal import console, note, plain_errors, say
 
 if TYPE_CHECKING:
     from kerrcaustics.beams.ends import EquatorialPlane
-    from kerrcaustics.spacetime.camera import Camera
     from kerrcaustics.spacetime.viewer import Viewer
 
 
@@ -79,16 +78,15 @@ class CameraOptions:
     spin
         Spin a of the hole, 0 <= a < 1.
     radius
-        Boyer-Lindquist radius of the camera, in units of the mass; for `caustics`, `images`, `counts`, `tracks`,
-        `light-curve`, `magnification` and `amplification` also inf, for an observer at infinity.
+        Boyer-Lindquist radius of the camera, in units of the mass; inf for an observer at infinity.
     inclination
         Angle of the camera from the spin axis, degrees: 90 is the equator.
     velocity
         Motion of the camera: on a circular geodesic orbit, with the fiducial observer, or static. By default
         circular if there is such an orbit, else fiducial.
     observer
-        For these commands: an observer at rest instead of a camera, who measures places on the sky by impact parameters
-        (alpha, beta), in units of the mass.
+        An observer at rest instead of a camera, who measures places on the sky by impact parameters (alpha, beta), in
+        units of the mass.
     """
 
     spin: float
@@ -97,21 +95,14 @@ class CameraOptions:
     velocity: VelocityName | None = None
     observer: Flag = False
 
-    def camera(self) -> "Camera":
-        """The camera that the options describe."""
-        self._note_radians()
-        if self.observer:
-            raise BadInput("Argument --observer must be left out: this command takes a camera.")
-        with plain_errors():
-            from kerrcaustics.spacetime.camera import Camera
-
-            return Camera(self.spin, self.radius, math.radians(self.inclination), self.velocity)
-
     def viewer(self) -> "Viewer":
-        """The same, or the observer."""
-        if not (self.observer or self.radius == math.inf):
-            return self.camera()
+        """The camera or the observer that the options describe."""
         self._note_radians()
+        if not (self.observer or self.radius == math.inf):
+            with plain_errors():
+                from kerrcaustics.spacetime.camera import Camera
+
+                return Camera(self.spin, self.radius, math.radians(self.inclination), self.velocity)
         if self.velocity not in (None, "fiducial"):
             where = "with --observer" if self.observer else "at infinity"
             raise BadInput(f"Argument --velocity must be fiducial {where}, but is {self.velocity}.")

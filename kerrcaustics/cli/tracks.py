@@ -71,15 +71,15 @@ def tracks(
     check_ending(figure)
     check_film(film)
     argument, level = _level(star_theta, orbit, film, source)
-    end, seen_from = source.end(), camera.viewer()
+    end, viewer = source.end(), camera.viewer()
     if source.plane is None:
-        _check_orbit(seen_from)
+        _check_orbit(viewer)
     began = time.perf_counter()
     with plain_errors({"level": argument}), progress() as report:
         from kerrcaustics.results.records import record
         from kerrcaustics.tracks.tracks import star_tracks
 
-        tracks = star_tracks(seen_from, level, max_index, end=end, progress=report)
+        tracks = star_tracks(viewer, level, max_index, end=end, progress=report)
         seconds = time.perf_counter() - began
         if figure is not None:
             report("drawing", 1.0)
