@@ -2,22 +2,23 @@
 Aberration
 ==========
 
-The paint swatches of the checkerboard's figure, on the chart of its panel (b), seen by three cameras at one place, r =
-2.6 on the equator of a hole of spin 0.999: on a circular orbit; at rest with respect to the fiducial observer, which
-moves at 0.546 of the speed of light backward as the circular camera sees it; and at rest in Boyer-Lindquist coordinates
-(static), at 0.813 backward. The red and black dot is the direction of the orbital motion. Remakes JTFT figure 12.
+The paint swatches of the figure checkerboard, in the projection of its panel (b), seen by three cameras at one place, r
+= 2.6 on the equator of a hole of spin 0.999: on a circular orbit; at rest with respect to the fiducial observer, which
+the circular camera sees move backward at 0.546 of the speed of light; and at rest in Boyer-Lindquist coordinates
+(static), which it sees move backward at 0.813. The red and black dot is the direction of the orbital motion. Remakes
+JTFT figure 12.
 
 The paper's: hole, cameras, their velocities, the lensed swatches, the dot. Ours: the projection, longitude and latitude
 about the direction in which the circular camera sees the middle of the shadow, the same on all three skies; and the
 critical curves. All three see the same rays, so their pictures differ by aberration alone, which is exact here: the
 faster a camera moves to the right, the more the sky crowds together there, and the smaller the shadow, most of which
-lies on that side. It covers 0.45, 0.87 and 1.24 of half the sky. The caustics on the celestial sphere are the same for
-all three.
+lies on that side. For the three cameras it covers 0.45, 0.87 and 1.24 times the area of half the sky. The caustics on
+the celestial sphere are the same for all three.
 
 The flat edge of the shadow has a notch for the fiducial camera, within 27.0 degrees of the equatorial plane, and for
 the static one, within 22.0 degrees: there the edge bends toward the shadow, and at the plane lies 2.8 and 4.7 degrees
 inside the great circle from one end of the notch to the other. For the circular camera it bends outward everywhere.
-White diamonds mark its ends.
+White diamonds mark the ends of the notch.
 """
 
 import math
@@ -55,7 +56,7 @@ def main(output: Path) -> list[Path]:
         for ax in figure.axes[:2]:
             ax.set_xlabel("")
         figure.legend(*figure.axes[1].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-        figure.suptitle(f"spin {SPIN}, radius {RADIUS}, inclination 90 deg\nvelocities past the circular camera")
+        figure.suptitle(f"spin {SPIN}, radius {RADIUS}, inclination 90 deg\nvelocities relative to the circular camera")
     return [write_picture(figure, output / "aberration.png")]
 
 

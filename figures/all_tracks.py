@@ -4,9 +4,9 @@ All tracks of one star
 
 Every image of index 0 to 3 of one star over a whole orbit, for a = 0.999 and a circular orbit at r = 6.03: for a star
 18 degrees above the equatorial plane (a), and for one 1.8 degrees above it (b). Left: on the camera sky; right: with
-the distance to the shadow edge drawn out, where the tracks that hug the shadow come apart. Arrows point the way the
-images move; triangles are the creations and annihilations of pairs, all of them on critical curves. Remakes JTFT figure
-7.
+the distance to the shadow edge drawn out on a logarithmic scale, which separates the tracks that hug the shadow. Arrows
+point the way the images move; triangles mark the creations and annihilations of pairs, all of them on critical curves.
+Remakes JTFT figure 7.
 
 The paper's: hole, camera, two stars, at θ′ = 0.4 π and 0.49 π (JTFT counts them from the other pole, as 0.6 π and 0.51
 π), labels ε. Ours: the drawn-out view and the colours, by Morse index. Each connected track belongs to one order ε, the

@@ -4,14 +4,14 @@ From the camera's sky to the celestial sphere
 
 What is mapped to what. At the camera's place a fiducial observer (FIDO) has the basis e_r, e_θ, e_φ (grey, drawn
 below it). The camera moves past it with the velocity β (red), which sets the camera's own axes: e_y along it, e_x in
-the plane of e_r and e_φ, e_z across both. A direction (θcs, φcs) on the camera's local sky is followed backward along
-a ray to a place (θ′, φ′) of the celestial sphere. A beam that is a circle on the camera's sky becomes an ellipse
-there, with the diameters δ₊ and δ₋, whose major axis is at the angle μ from e_θ′, the direction of growing θ′.
-Remakes JTFT figure 1.
+the plane of e_r and e_φ, e_z perpendicular to both. A direction (θcs, φcs) on the camera's local sky is followed
+backward along a ray to a place (θ′, φ′) on the celestial sphere. A beam that is a circle on the camera's sky becomes an
+ellipse there, with the diameters δ₊ and δ₋, whose major axis is at the angle μ from e_θ′, the direction of increasing
+θ′. Remakes JTFT figure 1.
 
-The paper's: what is drawn, and its names. Ours: which ray. It is a real one, of a hole without spin and a camera at r =
-6.03 that moves along e_φ, so slowly that aberration does not show; shape and angle of the ellipse are real, too. Sizes
-are not to scale, and the celestial sphere is drawn at r = 12 instead of infinity.
+The paper's: what is drawn, and its names. Ours: which ray is shown. It is a real one, for a hole without spin and a
+camera at r = 6.03 that moves along e_φ, so slowly that aberration does not show; the shape and the angle of the ellipse
+are real, too. Sizes are not to scale, and the celestial sphere is drawn at r = 12 instead of infinity.
 """
 
 import math

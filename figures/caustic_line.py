@@ -2,21 +2,22 @@
 The caustic line without spin
 =============================
 
-Rays in the plane of a hole without spin, of the camera at r = 6.03 (square) and of a star, on the Schwarzschild
+Rays in the plane through a hole without spin, the camera at r = 6.03 (square) and a star, drawn in the Schwarzschild
 coordinates r, φ; what the camera sees of them; and both in space. The primary caustic is the line behind the hole, from
-the horizon outward: at each place of it rays of a whole cone meet, and a star there is seen as the Einstein ring. A
-star beside it is seen twice: its primary ray passes the hole on one side, and is seen outside the ring, its secondary
-ray on the other side, and is seen inside. In the plane sources are infinitely far away, and the dashed rays that meet
-on the line are parallel; in space the celestial sphere is drawn at r = 12, where the sources are. Remakes JTFT figure
-3.
+the horizon outward: at each point of it the rays of a whole cone meet, and a star there is seen as the Einstein ring. A
+star beside it is seen twice: its primary ray passes the hole on one side and is seen outside the ring; its secondary
+ray passes on the other side and is seen inside. In the plane sources are infinitely far away, and the dashed rays that
+meet on the line are parallel; in space the celestial sphere is drawn at r = 12, where the sources are. Remakes JTFT
+figure 3.
 
 The paper's: the caustic line, the cone of rays to it, the ring on the camera's local sky, a star with its primary and
-its secondary ray, the celestial sphere, in space. Ours: the camera's radius, at which place the star is; in the plane
-the secondary caustic, too, the line behind the camera, whose rays turn through 360 degrees. The cones have the impact
-parameters 6.4936 and 5.2540, the shadow 5.1962. In space the local sky is a small sphere of the camera at rest, which
-in these coordinates is flatter along r: rays leave the camera where it shows their images.
+its secondary ray, and the celestial sphere, all in space. Ours: the camera's radius and the place of the star; in the
+plane, also the secondary caustic, the line behind the camera, whose rays turn through 360 degrees. The cones have the
+impact parameters 6.4936 and 5.2540, the shadow 5.1962. In space the local sky is drawn as a small sphere round the
+camera, which is at rest; in these coordinates the sphere is flattened along r, so that rays leave it where it shows
+their images.
 
-Writes pictures (PNG, PDF), a model (glTF) and a page to turn with the mouse (HTML).
+Writes pictures (PNG, PDF), a model (glTF) and a page on which the model can be rotated with the mouse (HTML).
 """
 
 import math

@@ -3,11 +3,11 @@ Caustics against radius
 =======================
 
 The first three caustics of a hole of spin 0.999 for cameras on its equator, from r = 1.5 to r = 50, on the same axes
-down each column but the first, where each caustic has its own scale. Beyond the paper's figures.
+down each column except the first, where each caustic has its own scale. The paper has no such figure.
 
 From far away the primary caustic is small, about 0.368 a^2 / r^2 radians wide, and almost behind the hole; it keeps
 its four cusps while it grows nearly a thousandfold. The secondary and tertiary ones are wide from any distance, as
-they are made where light circles the hole; close in, their prograde cusp runs ahead by another circuit and more.
+they arise where light circles the hole; close in, their prograde cusps run ahead by another circuit or more.
 """
 
 from pathlib import Path

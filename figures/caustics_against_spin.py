@@ -3,12 +3,11 @@ Caustics against spin
 =====================
 
 The first three caustics of a camera on the equator at r = 6.03, for spins from 0.3 to 0.999, on the same axes down
-each column but the first, where each caustic has its own scale. Beyond the paper's figures.
+each column except the first, where each caustic has its own scale. The paper has no such figure.
 
 Without spin every caustic is a point, behind the hole (odd orders) or behind the camera (even ones). With spin each
-becomes an astroid and is carried along phi', by about 2 pi a / (3 sqrt 3) more from order to order while the spin is
-small. The secondary and tertiary ones stretch, until near a = 1 their prograde cusp winds round the sky again and
-again.
+becomes an astroid and is carried along phi', by about 2 pi a / (3 sqrt 3) more with each order while the spin is small.
+The secondary and tertiary ones stretch, until near a = 1 their prograde cusps wind round the sky again and again.
 """
 
 from pathlib import Path

@@ -3,15 +3,16 @@ Critical curves and caustics
 ============================
 
 The first three critical curves on the camera sky and their caustics on the celestial sphere, for cameras on circular
-orbits at r = 6.03 and r = 2.6 round a hole of spin 0.999, and for an inclined one. Letters mark matching points: the
-cusps. Remakes JTFT figure 9 (r = 2.6), and the curves of figures 5 (r = 6.03) and 8.
+orbits at r = 6.03 and r = 2.6 round a hole of spin 0.999, and for a camera at an inclination of 60 degrees (spin 0.95,
+r = 4). Letters mark matching points: the cusps. Remakes JTFT figure 9 (r = 2.6), and the curves of figures 5 (r = 6.03)
+and 8.
 
-The paper's: hole and cameras on the equator, the pairs of curves, letters that match. Ours: that letters are put at the
-cusps, in the order of the curve, the primary pair beside the others, the unrolled view, and the inclined camera.
+The paper's: hole and cameras on the equator, the pairs of curves, matching letters. Ours: the letters are at the cusps,
+in order along the curve; the primary pair beside the others, the unrolled view, and the inclined camera.
 
 At r = 6.03 the primary caustic is an astroid 0.42 by 0.45 degrees wide, not far from the point behind the hole; the
-secondary one reaches over 0.73 of a circuit and the tertiary winds 5.2 times round the sky. At r = 2.6 these are 1.8
-by 2.1 degrees, one full circuit, and more than six, as the paper has it.
+secondary one spans 0.73 of a circuit and the tertiary winds 5.2 times round the sky. At r = 2.6 these are 1.8 by 2.1
+degrees, one full circuit, and more than six, as the paper has it.
 """
 
 import math

@@ -3,11 +3,11 @@ Caustics that wind round the sky
 ================================
 
 The tertiary and the fourth-order caustic for a = 0.999 and cameras on the equator at r = 6.03 and r = 2.6, with φ′
-unwrapped: every faint vertical is one more turn round the celestial sphere. Letters stand at the cusps. Beyond the
-paper's figures; it counts "more than six" turns for the tertiary caustic at r = 2.6.
+unwrapped: every faint vertical line marks one more turn round the celestial sphere. Letters mark the cusps. The paper
+has no such figure; it counts "more than six" turns for the tertiary caustic at r = 2.6.
 
 The tertiary caustics make 5.21 and 6.28 circuits, those of fourth order 14.77 and 16.18. All of the winding is in the
-two long folds that meet at cusp A, in rays that go round the hole close to its prograde photon orbit.
+two long folds that meet at cusp A, and comes from rays that go round the hole close to its prograde photon orbit.
 """
 
 from pathlib import Path

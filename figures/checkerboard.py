@@ -2,18 +2,18 @@
 A checkerboard sky at r = 2.6
 =============================
 
-(a) A celestial sphere of paint swatches, whose hue runs with φ′ and whose brightness alternates. (b) What a camera on a
-circular orbit at r = 2.6 round a hole of spin 0.999 sees of it: its whole sky, with the primary and the secondary
-critical curve, 1cc and 2cc. (c) Its left part blown up, from the primary curve to the flat edge of the shadow, with all
-three curves, 1cc, 2cc and 3cc. Dashed lines run in the gaps between rows of swatches, at constant θ′: along them stars
-move. Remakes JTFT figure 10.
+(a) A celestial sphere of paint swatches, whose hue varies with φ′ and whose brightness alternates. (b) What a camera on
+a circular orbit at r = 2.6 round a hole of spin 0.999 sees of it: its whole sky, with the primary and the secondary
+critical curve, 1cc and 2cc. (c) Its left part enlarged, from the primary curve to the flat edge of the shadow, with all
+three curves, 1cc, 2cc and 3cc. Dashed lines run in the gaps between rows of swatches, at constant θ′: stars move along
+them. Remakes JTFT figure 10.
 
-The paper's: hole, camera, swatches with hue by φ′ and gaps, dashed tracks, names of the curves. Ours: how many
-swatches, their colours, and the projections: longitude and latitude for the whole sky in (b); degrees of (c) count from
-the middle of (b), the middle of the shadow. On a critical curve a small beam is flattened to a line on the celestial
-sphere: there the swatches are stretched along one direction, for the primary curve along the curve itself (within 0.6
-degrees), and across the curve the picture is mirrored. Next to the shadow the whole sphere is seen again and again,
-between each curve and the next.
+The paper's: hole, camera, swatches with gaps and with a hue given by φ′, dashed tracks, names of the curves. Ours: the
+number and the colours of the swatches, and the projections: longitude and latitude for the whole sky in (b); degrees in
+(c) are measured from the middle of (b), which is the middle of the shadow. On a critical curve a small beam is
+flattened to a line on the celestial sphere: there the swatches are stretched in one direction, which at the primary
+curve is along the curve itself (within 0.6 degrees); across the curve the picture is mirrored. Next to the shadow the
+whole sphere is seen again and again, between each curve and the next.
 """
 
 import math
@@ -92,7 +92,7 @@ def main(output: Path) -> list[Path]:
         figure = Figure(figsize=(style.PAGE_WIDTH, 10.2), layout="constrained")
         celestial, wide, near = figure.subplots(3, 1, height_ratios=[0.8, 1.2, 1.2])
         celestial_panel(celestial)
-        seen(wide, whole, caustics[:2], stars, None).set_title("(b) camera sky, all of it")
+        seen(wide, whole, caustics[:2], stars, None).set_title("(b) the whole camera sky")
         show_curve_names(wide, whole, caustics, {1: 110, 2: 172})
         close = flat_edge(1400, 660)
         seen(near, close, caustics, stars, whole).set_title("(c) left edge of the shadow")

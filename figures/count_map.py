@@ -2,8 +2,8 @@
 The number of images of a star
 ==============================
 
-Images of index 0 to 2 of a star at any place of the celestial sphere, with the caustics, for a = 0.999 and cameras on
-the equator at r = 6.03 and r = 2.6. Beyond the paper's figures.
+The number of images of index 0 to 2 of a star, by its place on the celestial sphere, with the caustics, for a = 0.999
+and cameras on the equator at r = 6.03 and r = 2.6. The paper has no such figure.
 
 Across the primary and the secondary caustic the count changes by two. Across the tertiary one it changes by one,
 because the partner has index 3 and is not counted.

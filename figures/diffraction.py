@@ -2,21 +2,21 @@
 Waves at caustics
 =================
 
-(a) The intensity of a monochromatic source, by that without the hole, for sources all around the secondary caustic
-(white) of a hole of spin 0.5 seen from r = 16. Inside the caustic there are two images more, which interfere: fringes
-run along each fold. The fine ripple everywhere is the wave of index 0, which meets that of index 1. (b) The left cusp
-enlarged, at four times the frequency: the pattern that Pearcey computed.
-(c) A cut through (a) across two folds, and (d) one along the axis to the right cusp; the caustic's places are dashed.
-Geometric optics is infinite there; a wave is brightest a little inside. Dots: single sources with their errors,
-computed one by one.
-(e), (f) The glory: sources about the direction opposite to the camera at r = 10. Without spin the caustic is a point,
-and the rings are those of a Bessel function; with the spin 0.9 it is an astroid (white), whose folds and cusps have
-fringes of their own.
-(g), (h) The near cusp of the secondary caustic (white) of a = 0.999 seen from r = 6.03, the hole and camera of the
-paper's Fig. 8, and the cusp enlarged at four times the frequency. This caustic is 250 degrees long: the ring of its
-images is summed but for the lines on which the nearest image jumps to the far end.
+(a) The intensity of a monochromatic source, divided by that without the hole, for sources all around the secondary
+caustic (white) of a hole of spin 0.5 seen from r = 16. Inside the caustic there are two more images, which interfere:
+fringes run along each fold. The fine ripple everywhere comes from the wave of index 0, which interferes with that of
+index 1. (b) The left cusp enlarged, at four times the frequency: the pattern that Pearcey computed. (c) A cut through
+(a) across two folds, and (d) one along the axis through the right cusp; dashed lines mark the caustic. In geometric
+optics the intensity is infinite there; a wave is brightest a little inside. Dots: single sources with their errors,
+computed one by one. (e), (f) The glory: sources around the direction opposite to a camera at r = 10. Without spin the
+caustic is a point, and the rings are those of a Bessel function; with spin 0.9 it is an astroid (white), whose folds
+and cusps have fringes of their own. (g), (h) The near cusp of the secondary caustic (white) of a = 0.999 seen from r =
+6.03, the hole and camera of the paper's Fig. 8, and the cusp enlarged at four times the frequency. This caustic is 250
+degrees long: the sum over the ring of its images leaves out the lines on which the direction nearest to the source
+jumps to the far end of the caustic.
 
-Beyond the paper. Scalar waves, images of index 0 to 2; in (g) and (h) those beside the tertiary caustic are left out.
+The paper has no such figure. Scalar waves, images of index 0 to 2; in (g) and (h) the images that lie beside the
+tertiary caustic are left out.
 """
 
 import math

@@ -54,7 +54,7 @@ def main(output: Path) -> list[Path]:
         for ax, inclination in zip(axes[0], INCLINATIONS, strict=True):
             ax.set_title(f"inclination {inclination:g} deg")
         for ax in axes[-1]:
-            ax.set_xlabel("x, to the camera (M)")
+            ax.set_xlabel("x, toward the camera (M)")
         shown = (ax.get_legend_handles_labels() for ax in axes.ravel())
         entries = {label: handle for handles, labels in shown for handle, label in zip(handles, labels, strict=True)}
         figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=len(entries))

@@ -1,12 +1,12 @@
 """
-A disk in a lens that flares
-============================
+A disk seen through a lens with flare
+=====================================
 
-The disk round a hole of spin 0.6 through the lens of a camera. Remakes JTFT figure 16. Light is not shifted. The lens
-keeps most of it in place and strews the rest over the picture, in a narrow halo and in a wide one: the shadow is no
-longer black.
+The disk round a hole of spin 0.6 through the lens of a camera. Remakes JTFT figure 16. Colours and brightness are not
+shifted. The lens keeps most of the light in place and scatters the rest over the picture, in a narrow halo and in a
+wide one: the shadow is no longer black.
 
-The paper's: the disk of figure 15a seen through a lens with veiling flare. Ours: how the lens strews its light.
+The paper's: the disk of figure 15a seen through a lens with veiling flare. Ours: how the lens scatters light.
 """
 
 import math

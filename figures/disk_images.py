@@ -2,10 +2,11 @@
 A thin disk and its images
 ==========================
 
-A disk of gas at 4500 K round a hole of spin 0.999 before the stars; camera and disk are those of the swatches. The
-wisps of the gas are ours: they are random numbers, and let about half of the light through, where the paper's disk has
-a texture of its own that is not published. Remakes JTFT figure 14. Light is not shifted: what differs is how deep the
-gas is, how often a ray meets it, and where. Over the front of the disk its bottom face shines through.
+A disk of gas at 4500 K round a hole of spin 0.999 in front of the stars; the camera and the disk's radii are those of
+the figure disk_swatches. The wisps of the gas are ours: they are random, and let about half of the light through,
+whereas the paper's disk has a texture of its own, which is not published. Remakes JTFT figure 14. Colours and
+brightness are not shifted: what differs is how deep the gas is, how often a ray meets it, and where. The bottom face of
+the disk shines through its front.
 
 The paper's: the spin, rims and camera, one temperature (following JTFT), a thin disk that is barely opaque, stars
 behind it. Ours: the wisps, their depth of 0.8, and the stars of Hipparcos.

@@ -2,11 +2,11 @@
 =======================
 
 Rays of a camera at r = 30 M, 10 degrees above an opaque disk from r = 4 to r = 10, in the plane through the camera and
-the spin axis and in one tilted against it: those that come to the disk where they first cross its plane, over the
-hole or before it; those that pass by it and come from below at the second crossing; and those that go all the way round
-the hole and end on the top again, at the third.
+the spin axis and in a plane tilted relative to it: those that reach the disk where they first cross its plane, having
+passed over the hole or in front of it; those that miss it there and reach it from below at the second crossing; and
+those that go all the way round the hole and end on its top face at the third.
 
-Writes a picture (PNG), a model (glTF) and a page to turn with the mouse (HTML).
+Writes a picture (PNG), a model (glTF) and a page on which the model can be rotated with the mouse (HTML).
 """
 
 import math

@@ -4,14 +4,15 @@ A disk with its light shifted
 
 Two disks round a hole of spin 0.6: with their light unchanged; with their colours shifted, and their brightness kept;
 with both shifted, as a camera sees them. On the left the gas comes toward the camera: blue and bright; on the right it
-goes away: red and dark, as the shadow before it. Remakes JTFT figures 15a to c.
+goes away: red, and nearly as dark as the shadow. Remakes JTFT figures 15a to c.
 
-The paper's: the spin, which lights are shifted in which picture, camera and the rims on the left (following JTFT). The
-speed of 0.55 c and the factors of 1.5 and 0.4 that the paper states do not belong to gas on circular orbits within
-these rims. They fit a disk whose inner edge is at r = 4.2, on the right, with its outer one in proportion: the gas is
+The paper's: the spin, what is shifted in which picture, the camera, and the rims in the left column (following JTFT).
+The speed of 0.55 c and the factors of 1.5 and 0.4 that the paper states do not belong to gas on circular orbits within
+these rims. They fit a disk whose inner edge is at r = 4.2 (right column), with its outer edge in proportion: the gas is
 faster there, and its colours and brightness are those that the paper describes. Ours: that the camera is at rest, the
-gas on circular geodesics, the wisps of the gas, a white balance in which its own 4500 K are white, a film whose layers
-see red, green and blue alone, and the exposures. Numbers are the extremes of the frequency ratio over the first image.
+gas on circular geodesics, the wisps of the gas, a white balance in which its own 4500 K is white, a film each of whose
+layers sees only red, green or blue, and the exposures. The numbers in the titles are the extremes of the frequency
+ratio over the first image.
 """
 
 import math

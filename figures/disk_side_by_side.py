@@ -1,10 +1,10 @@
 """
-A disk with the hole and without it
-===================================
+A disk with and without the hole
+================================
 
 The same camera, stars and disk twice: in flat space, and round a hole of spin 0.6. The camera is at rest at r = 70, 3.9
 degrees above the plane of the disk, which reaches from r = 4 to r = 10. With the hole, the far side of the disk stands
-up over the shadow, its bottom shows below, and the stars give way.
+up over the shadow, its underside shows below, and the stars are displaced.
 """
 
 import math

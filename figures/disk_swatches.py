@@ -2,15 +2,15 @@
 A disk of paint swatches
 ========================
 
-A thin disk round a hole of spin 0.999, seen from r = 74.1, inclination 86.56 degrees, almost edge-on; above left the
-same disk from above, with no hole. Remakes JTFT figure 13. The top face goes round the front, and its far side is
-bent up over the shadow: the first image, closed. The bottom face is the second one, wide below the shadow and thin
-above it. The third, of the top face again, is a thin line along the lower edge of the shadow; above, it is too thin
-to be seen next to the second. The left edge of the shadow is flat, where light comes along with the hole's rotation,
-and the shadow stands to the right of the disk's middle. No light is shifted.
+A thin disk round a hole of spin 0.999, seen from r = 74.1, inclination 86.56 degrees, almost edge-on; at the top left,
+the same disk from above, with no hole. Remakes JTFT figure 13. The first image is that of the top face, a closed ring:
+it goes round the front, and its far side is bent up over the shadow. The second image is that of the bottom face, wide
+below the shadow and thin above it. The third, of the top face again, is a thin line along the lower edge of the shadow;
+above, it is too thin to be seen next to the second. The left edge of the shadow, where light moves with the hole's
+rotation, is flat, and the shadow lies to the right of the disk's middle. Colours and brightness are not shifted.
 
 The paper's: the spin, rims and camera (following JTFT), equally spaced swatches, the inset, unchanged light. Ours:
-colours and number of the swatches, and that the camera is at rest.
+the colours and the number of the swatches, and that the camera is at rest.
 """
 
 import math

@@ -1,11 +1,11 @@
 """
-A thick torus against a thin disk
-=================================
+A thick torus compared with a thin disk
+=======================================
 
-The same camera, radii, temperatures and light twice: an opaque disk without thickness, and a torus that is filled. The
-torus is the one whose matter has the same angular momentum everywhere, so that pressure holds it up (Abramowicz,
-Jaroszynski & Sikora 1978); it is marched through along each ray. It hides the far side's lower half and most of the
-shadow, and its rims are soft where it is thin.
+The same camera, radii, temperatures and light twice: an opaque disk without thickness, and a torus filled with matter.
+The torus is the one whose matter has the same angular momentum everywhere, so that pressure holds it up (Abramowicz,
+Jaroszynski & Sikora 1978); each ray is followed through it step by step. The torus hides the lower half of its far side
+and most of the shadow, and its rims are soft where it is thin.
 """
 
 import math

@@ -1,14 +1,15 @@
 """
-A star that is no point, at caustics
-====================================
+A star of finite size at caustics
+=================================
 
-(a) to (d) A star of 3 degrees passes behind a hole without spin, whose primary caustic is a point: the images of index
-0 and 1 stretch to arcs, touch, and become Einstein's ring. (e) to (h) A star of 1 degree enters the secondary caustic
-of a hole of spin 0.999. What is next to the secondary critical curve is unrolled: to the right the position angle, up
-the distance from the curve. Where the caustic has reached the star, part of it has two images more, which are one shape
-across the critical curve, until the caustic has passed and the shape parts in two. (i) The light of stars of three
-sizes while they cross the secondary caustic, and (j) the entrance enlarged: a point would be infinitely bright there.
-The light of a disc is finite; the smaller the star, the brighter and the shorter is its flash.
+(a) to (d) A star with a radius of 3 degrees passes behind a hole without spin, whose primary caustic is a point: the
+images of index 0 and 1 stretch into arcs, touch, and become an Einstein ring. (e) to (h) A star with a radius of 1
+degree enters the secondary caustic of a hole of spin 0.999. The surroundings of the secondary critical curve are
+unrolled: the position angle runs to the right, the distance from the curve upward. Once the caustic has reached the
+star, part of the star has two more images, which form one shape across the critical curve, until the caustic has passed
+over the star and the shape splits in two. (i) The light of stars of three sizes while they cross the secondary caustic,
+and (j) the entrance enlarged: a point would be infinitely bright there. The light of a disc is finite; the smaller the
+star, the brighter and shorter its flash.
 
 The paper's: in (e) to (j) the hole, the camera on a circular orbit at r = 6.03, and the star at θ′ = 0.392 π; it says
 of such images that they are lens-shaped and hug the ring. Ours: all numbers. Images up to index 2.
@@ -67,7 +68,7 @@ def draw_ring(row: SubFigure) -> None:
     names = dict(zip(*reversed(axes[0].get_legend_handles_labels()), strict=True))
     names.pop("shadow", None)
     row.legend(names.values(), names, loc="outside lower center", ncols=3)
-    row.suptitle("no spin, r = 10, a star of 3 deg")
+    row.suptitle("no spin, r = 10, a star with a radius of 3 deg")
 
 
 def draw_entrance(row: SubFigure, edge: float, fold: np.ndarray) -> None:
@@ -83,7 +84,7 @@ def draw_entrance(row: SubFigure, edge: float, fold: np.ndarray) -> None:
         ax.set(title=f"({letter}) {abs(depth):g} radii {side}", xlim=(-28, 28), ylim=(-0.3, 0.3))
     axes[0].set_ylabel("deg from the\ncritical curve")
     row.supxlabel("position angle from the fold (deg)", fontsize=8.0)
-    row.suptitle("a = 0.999, r = 6.03, a star of 1 deg at the secondary caustic")
+    row.suptitle("a = 0.999, r = 6.03, a star with a radius of 1 deg at the secondary caustic")
 
 
 def draw_light(row: SubFigure, start: float, end: float) -> None:
@@ -103,7 +104,7 @@ def draw_light(row: SubFigure, start: float, end: float) -> None:
     point = end - np.geomspace(1e-6, math.radians(4), 60)
     light = [kc.star_images(FAST, (THETA, phi), 2).magnification.sum() for phi in point.tolist()]
     near.plot(np.degrees(point - end), light, ":", color="black", label="a point")
-    whole.set(xlabel="φ′ of the star − that of the camera (deg)", ylabel="magnification", title="(i) light")
+    whole.set(xlabel="φ′ of the star relative to the camera (deg)", ylabel="magnification", title="(i) light")
     near.set(xlabel="φ′ from the caustic (deg)", xlim=(-3, 2), ylim=(1.2, 2.6), title="(j) at the caustic")
     near.legend(title="radius")
 

@@ -3,15 +3,16 @@ Images of the galactic plane
 ============================
 
 How often the galactic plane is seen at r = 2.6 round a hole of spin 0.999: the images of that great circle over the
-stars, one colour a Morse index, between the three critical curves. (a) The camera sky; numbers in the shadow count the
-images on the dashed lines, at the flat left edge, above and below. (b) The left edge; (c) the same with the distance
-to the shadow edge drawn out, where the images of index 2 come apart. Set-up of JTFT figure 8, which has no such lines.
+stars, one colour for each Morse index, between the three critical curves. (a) The camera sky; numbers in the shadow
+count the images on the dashed lines, at the flat left edge, above and below. (b) The left edge; (c) the same with the
+distance to the shadow edge drawn out on a logarithmic scale, which separates the images of index 2. The set-up is that
+of JTFT figure 8, which has no such lines.
 
-The paper's: hole, camera, critical curves, the question how many images of the galactic plane lie between them, and
+The paper's: hole, camera, critical curves, the question of how many images of the galactic plane lie between them, and
 its answer, 2, 3 and 8 at the left edge, 1 and 1 above and below. Ours: the plane, inclined by 25 degrees as in our star
 field, as the paper's is not known, and the counts, certified: 1, 4 and 11 at the left edge, 1 and 1 above, 0 and 1
-below. The 1 lies on the right, where the line comes round from the back of the sky. Another circle has other counts:
-docs/open_questions.md.
+below. The 1 counted at the left edge lies on the right, where the dashed line comes round from the back of the sky.
+Another circle has other counts: docs/open_questions.md.
 """
 
 import math

@@ -2,12 +2,12 @@
 Hot spots, with one effect left out at a time
 =============================================
 
-The picture of an older tracer: spots on circular orbits of r = 6 to 9 round a hole that does not spin, from r = 12.
-Each of five planes has orbits of its own, 83 to 86 degrees to the line of sight and rolled by 15 degrees, give or take
-two; every spot has a brightness of its own, and a trace that fades as a square. Then the same without the light's
-travel time, so that all images show one moment; without the shift of brightness, so that one side is as bright as the
-other; with half of the spots circling the other way; and, for one of the planes, at rest and from an observer who
-circles the hole.
+The picture drawn by an older tracer: spots on circular orbits of r = 6 to 9 round a hole that does not spin, seen from
+r = 12. Each of five planes has orbits of its own, at inclinations of 83 to 86 degrees and rolled by 15 degrees, give or
+take two; every spot has a brightness of its own, and a trace that fades quadratically. Then the same without the
+light's travel time, so that all images show one moment; without the shift of brightness, so that one side is as bright
+as the other; with half of the spots circling the other way; and, for one of the planes alone, as seen by an observer at
+rest and by one who circles the hole.
 """
 
 import math
@@ -72,7 +72,7 @@ def main(output: Path) -> list[Path]:
         "all effects": light(),
         "without travel time": light(delay=False),
         "without the shift of brightness": light(beaming=False),
-        "half of them the other way": light(retrograde=0.5),
+        "half of the spots circling the other way": light(retrograde=0.5),
         "one plane, camera at rest": planes[-1].show(disk=disk(9), **ALL).light,
         f"one plane, camera at {SPEED:.3f} c": moving.show(disk=disk(9), **ALL).light,
     }
@@ -84,7 +84,7 @@ def main(output: Path) -> list[Path]:
             show_picture(ax, moving.view, kc.pictures.tone_mapped(part, exposure=0.5, curve="asinh", softening=8))
             ax.set_title(name)
             ax.label_outer()
-        figure.suptitle(f"hot spots round a hole without spin, from r = {RADIUS:g} M")
+        figure.suptitle(f"hot spots round a hole without spin, seen from r = {RADIUS:g} M")
     return [write_picture(figure, output / "hot_spots_without.png")]
 
 

@@ -3,14 +3,16 @@ Images sink toward the shadow
 =============================
 
 The images of one star at the flat left edge of the shadow, for a = 0.999 and a circular orbit at r = 2.6. The star
-rests 5 degrees above the equatorial plane. With each orbit of the camera, and each further trip of the light round the
-hole in the prograde sense, an image sinks toward the shadow. (a) The camera sky at that edge, the distance to it drawn
-out; dots are the images at one moment, numbered by trips, and arrows point the way they move. (b) Distance to the
-shadow edge, and (c) angle from the camera's equatorial plane, along both tracks. JTFT state it, without a figure.
+is at rest, 5 degrees above the equatorial plane. With each orbit of the camera, and each further trip of the light
+round the hole in the prograde sense, an image sinks toward the shadow. (a) The camera sky at that edge, with the
+distance to it drawn out on a logarithmic scale; dots are the images at one moment, numbered by trips, and arrows point
+the way they move. (b) Distance to the shadow edge, and (c) angle from the camera's equatorial plane, along both tracks.
+JTFT states this without a figure.
 
-The paper's: hole, camera, that the latitude of an image grows toward a critical curve and falls behind it. Ours: the
-star. Its image of index 1 sinks from 38 to 6.9 degrees, where it meets a partner at the secondary critical curve and
-vanishes; the one of index 2 takes over at 5.3 degrees, on the other side of the plane, and ends at the tertiary curve.
+The paper's: hole, camera, that the latitude of an image grows toward a critical curve and decreases beyond it. Ours:
+the star. Its image of index 1 sinks from 38 to 6.9 degrees, where it meets a partner at the secondary critical curve
+and vanishes; the one of index 2 takes over at 5.3 degrees, on the other side of the plane, and ends at the tertiary
+curve.
 """
 
 import math
@@ -106,7 +108,7 @@ def main(output: Path) -> list[Path]:
                 ax.plot(rows[:, 0], np.abs(rows[:, column]), **line, label=f"image of index {index}")
                 ax.plot(dots[:, 0], np.abs(dots[:, column]), **mark)
         style.log_axis(distance, 0.5, 60, ticks=5)
-        distance.set(ylabel="distance to shadow edge (deg)", title="(b) they sink")
+        distance.set(ylabel="distance to shadow edge (deg)", title="(b) the images sink")
         latitude.set(ylabel="angle from the plane (deg)", ylim=(0, 28), title="(c) latitude, below and above the plane")
         for ax in (distance, latitude):
             ax.set_xlabel("prograde trips of the light, −φ′/360 deg")

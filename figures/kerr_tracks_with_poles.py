@@ -1,19 +1,19 @@
 """
-Star tracks of a fast spinning hole
-===================================
+Star tracks round a fast-spinning hole
+======================================
 
 The star field of a camera on a circular orbit at r = 6.03 round a hole of spin 0.999, and paths of star images over its
-sky: of primary images in red, of the secondary ones of other stars in yellow, with arrows in the sense in which they
+sky: of primary images in red, of the secondary images of other stars in yellow, with arrows that show which way they
 move; the two critical curves in violet; and the four images of the two stars on the spin axis, which stand still, as
 five-pointed stars in the colour of their tracks. Remakes JTFT figure 4.
 
-The paper's: spin, camera, these colours and marks, what is drawn. Ours: at which θ′ the stars of either kind of track
-are, and the stars of the field, those of the Hipparcos-2 catalogue. Outside the primary critical curve stars drift from
-left to right past the hole, those of the northern sky counter-clockwise round the upper image of a pole, the southern
-ones clockwise round the lower one. Between the two curves images move the other way, in eddies: those of northern stars
-clockwise round the lower image, which is the north pole's there. No track crosses the primary critical curve unless its
-star crosses the tiny primary caustic, so both kinds of track run along it. Tracks that meet the secondary curve end
-there: beyond it images have index 2.
+The paper's: spin, camera, these colours and marks, what is drawn. Ours: the θ′ of the stars of either kind of track,
+and the stars of the field, which are those of the Hipparcos-2 catalogue. Outside the primary critical curve stars drift
+from left to right past the hole, those of the northern sky counter-clockwise round the upper image of a pole, the
+southern ones clockwise round the lower one. Between the two curves images move the other way, in eddies: those of
+northern stars clockwise round the lower image, which is the north pole's there. No track crosses the primary critical
+curve unless its star crosses the tiny primary caustic, so both kinds of track run along it. Tracks that meet the
+secondary curve end there: beyond it images have index 2.
 """
 
 import math

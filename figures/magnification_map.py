@@ -2,8 +2,8 @@
 Magnification over the camera sky
 =================================
 
-How much brighter a star is seen in each direction of the camera sky than in empty space, at r = 6.03 and r = 2.6 round
-a hole of spin 0.999. It has no bound on the critical curves, and falls off toward the shadow.
+How much brighter a star appears in each direction of the camera sky than it would in empty space, at r = 6.03 and r =
+2.6 round a hole of spin 0.999. The magnification is unbounded on the critical curves, and falls off toward the shadow.
 """
 
 import math

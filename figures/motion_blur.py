@@ -4,14 +4,14 @@ Motion blur
 
 Paint swatches (above) and the stars of Hipparcos (below) seen by a camera that falls toward a hole of spin 0.999 and
 turns to the right while the shutter is open: left, at the one moment in the middle of the exposure, without motion
-blur; middle, by swept beams, which need one picture; right, as the mean of 32 pictures at moments of their own, which
-is what the swept beams must come to. Remakes JTFT figure A1.
+blur; middle, by swept beams, which need one picture; right, as the mean of 32 pictures, each at its own moment, which
+is what the swept beams must reproduce. Remakes JTFT figure A1.
 
 The paper's: blur by swept beams against the mean of many pictures. Ours: the scene, the camera's motion, and swatches
 beside the stars; the camera falls by 0.1 M, from r = 6.08 to 5.98, and turns by 2.9 degrees, more than in a frame of a
-film, so that the blur is seen. The paper's swept beams take about twice as long as one moment. So do ours where the
-camera circles the hole (1.6 times for stars, 2.8 for swatches, measured); as it falls and turns as here, 8 and 11
-times, and the mean as many times as it has pictures.
+film, so that the blur is visible. The paper's swept beams take about twice as long as a picture of one moment. So do
+ours where the camera circles the hole (1.6 times for stars, 2.8 for swatches, measured); where it falls and turns, as
+here, they take 8 and 11 times as long, and the mean takes as many times as long as it has pictures.
 """
 
 import math

@@ -4,16 +4,15 @@ Pair creation and annihilation
 
 The images of one star just before and just after two of them are created, and just before two are annihilated: on the
 camera sky (left) beside the celestial sphere (right), where the star crosses the secondary caustic. a = 0.999, circular
-orbit at r = 6.03. On the track of the images of order ε = 1, which cross the equatorial plane once, lie #1, #2 and #3.
+orbit at r = 6.03. The images #1, #2 and #3 lie on the track of order ε = 1, whose rays cross the equatorial plane once.
 Remakes JTFT figure 6.
 
 The paper's: hole, camera, the star 18 degrees above the equatorial plane (θ′ = 0.392 π; JTFT counts it from the other
 pole, as 0.608 π), the moments after the creation and before the annihilation, the numbers, the track just below the
-shadow. Ours: the first row, a time of 1 M from the events, and one colour an index on the tracks. #1
-is there all the time. At the creation #2 and #3 spring up together, #2 inside the secondary critical curve (index 2)
-and #3 outside (index 1). #2 then moves along the track counter-clockwise, #1 and #3 clockwise. At the other side #2
-meets #1, both vanish, and #3 has taken the place of #1. The primary image, of order 0, is behind the camera at these
-times.
+shadow. Ours: the first row, a time of 1 M from the events, and one colour for each index on the tracks. #1 is there all
+the time. At the creation #2 and #3 spring up together, #2 inside the secondary critical curve (index 2) and #3 outside
+(index 1). #2 then moves along the track counter-clockwise, #1 and #3 clockwise. On the other side #2 meets #1, both
+vanish, and #3 has taken the place of #1. The primary image, of order 0, is behind the camera at these times.
 """
 
 import math
@@ -121,7 +120,7 @@ def draw_star(ax: Axes, tracks: StarTracks, time: float, caustics: CausticSet) -
         name, below = style.order_name(caustic.order), -28 if caustic.order == 1 else -16
         ax.annotate(name, (line[:, 1].min(), 90), (0, below), **text)
     ax.plot(phi, theta, "*", markersize=9, color=STAR_COLOUR)
-    ax.set(xlim=(0, 360), ylim=(150, 30), xlabel="φ′ − that of the camera (deg)", ylabel="θ′ (deg)")
+    ax.set(xlim=(0, 360), ylim=(150, 30), xlabel="φ′ relative to the camera (deg)", ylabel="θ′ (deg)")
     ax.xaxis.set_major_locator(MultipleLocator(90))
     ax.yaxis.set_major_locator(MultipleLocator(30))
     return ax

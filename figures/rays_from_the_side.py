@@ -1,10 +1,10 @@
-"""Rays in the plane of the spin axis
-==================================
+"""Rays in a plane through the spin axis
+=====================================
 
 Left: rays of a camera at r = 30 M, 10 degrees above the equatorial plane of a hole without spin, in the plane through
 the camera and the axis, which they do not leave, seen from the side: one colour for each Morse index, captured rays
-grey. Right: those that come to a disk from r = 4 to r = 10, as far as they come, one colour for each crossing of its
-plane: over the hole and before it, from below, and round the hole to the top again.
+grey. Right: those that reach a disk from r = 4 to r = 10, drawn as far as the disk, one colour for each crossing of its
+plane: passing over the hole or in front of it, from below, and round the hole to the top face.
 """
 
 import math

@@ -6,13 +6,14 @@ The stars of the Hipparcos-2 catalogue seen from a circular orbit round a hole w
 a bright one (red circles; Capella, of magnitude 0.2) and a dim one (yellow diamonds; 24 Lyncis, of magnitude 5.0), each
 seen twice, outside the Einstein ring (violet) and inside it, on opposite sides of the shadow: the dashed line of the
 same colour joins the two images of a star through the direction of the hole. The lines are the tracks of both stars
-over an orbit, one colour a star, with arrows in the sense in which images move. Remakes JTFT figure 2.
+over an orbit, one colour for each star, with arrows that show which way the images move. Remakes JTFT figure 2.
 
-The paper's: no spin, the camera's radius of 30 (following JTFT), two stars with two images each in marks of this shape
-and colour, the ring, tracks that close along the shadow. Ours: which stars these are, and that the field is of the
-Hipparcos-2 catalogue. The camera's speed of 0.19 c crowds the sky on the right, so that the joining lines, straight for
-a camera at rest, bend a little. Images outside the ring stream past the hole; those inside come out of one side of the
-shadow, swing round it in the opposite sense, and go down on the other side. The film of the same name shows one orbit.
+The paper's: no spin, the camera's radius of 30 (following JTFT), two stars with two images each, in marks of these
+shapes and colours, the ring, tracks that close along the shadow. Ours: which stars these are, and the star field, which
+is from the Hipparcos-2 catalogue. The camera's speed of 0.19 c crowds the sky on the right, so that the joining lines,
+straight for a camera at rest, bend a little. Images outside the ring stream past the hole; those inside come out of one
+side of the shadow, swing round it in the opposite sense, and go down on the other side. The film of the same name shows
+one orbit.
 """
 
 import math

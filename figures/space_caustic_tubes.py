@@ -6,7 +6,7 @@ thread, and the secondary one, which the hole's spin winds round it. Every point
 radius is drawn as r / (r + r_c). The tubes are cut off at r = 2, the ergosphere: further in they wind round the hole
 closer and closer.
 
-Writes a picture (PNG), a model (glTF) and a page to turn with the mouse (HTML).
+Writes a picture (PNG), a model (glTF) and a page on which the model can be rotated with the mouse (HTML).
 """
 
 from pathlib import Path

@@ -3,7 +3,7 @@
 
 The caustics of orders 1 to 4 of a camera at r = 6.03 M, as they wind round the celestial sphere, seen from outside.
 
-Writes a picture (PNG), a model (glTF) and a page to turn with the mouse (HTML).
+Writes a picture (PNG), a model (glTF) and a page on which the model can be rotated with the mouse (HTML).
 """
 
 from pathlib import Path

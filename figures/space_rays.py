@@ -2,10 +2,10 @@
 ===================
 
 Rays of a camera at r = 6.03 M that arrive from close to the shadow, in the equatorial plane and in a plane tilted
-against it, in the colour of their Morse index: how many conjugate points each has passed when it comes from the sky.
-Rays of the shadow, which no star sends, are grey, and end just above the horizon.
+relative to it, coloured by their Morse index: how many conjugate points each has passed on its way from the sky. Rays
+in the directions of the shadow, which come from no star, are grey, and end just above the horizon.
 
-Writes a picture (PNG), a model (glTF) and a page to turn with the mouse (HTML).
+Writes a picture (PNG), a model (glTF) and a page on which the model can be rotated with the mouse (HTML).
 """
 
 from dataclasses import replace

@@ -5,7 +5,7 @@ An unstable photon orbit of constant radius round a hole of spin 0.999, on its s
 while the hole drags it round (after figure 11 of JTFT). It is the orbit of the figure trapped_orbit, that of a ray at
 the flat edge of the shadow seen from r = 2.6; one swing up and down takes 18 turns.
 
-Writes a picture (PNG), a model (glTF) and a page to turn with the mouse (HTML).
+Writes a picture (PNG), a model (glTF) and a page on which the model can be rotated with the mouse (HTML).
 """
 
 from pathlib import Path

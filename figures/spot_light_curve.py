@@ -4,8 +4,8 @@ The light of a hot spot
 
 A spot on a circular orbit at r = 6 round a hole of spin 0.998, seen from r = 50, inclination 75 degrees: its light
 over an orbit, and what each crossing of the plane adds to it. Triangles mark when two images of the spot are
-created (up) and when two are annihilated (down). Below: where its orbit is seen, crossing by crossing, where that
-happens, and, dashed in grey, the way of the centroid of all light.
+created (up) and when two are annihilated (down). Below: the images of its orbit, crossing by crossing, where pairs are
+created and annihilated, and, dashed in grey, the path of the centroid of all the light.
 """
 
 import math

@@ -2,13 +2,13 @@
 A star field at r = 2.6
 =======================
 
-The stars of the Hipparcos-2 catalogue and a galactic plane, seen from a circular orbit at r = 2.6 round a hole of
-spin 0.999: (a) the camera sky with the first three critical curves, and (b) the flat left edge of the shadow, without
-and with them; degrees count from the middle of the shadow in all three. Stars near a critical curve are bright, and
-as small as anywhere. Remakes JTFT figure 8.
+The stars of the Hipparcos-2 catalogue and a galactic band, seen from a circular orbit at r = 2.6 round a hole of spin
+0.999: (a) the camera sky with the first three critical curves, and (b) the flat left edge of the shadow, without and
+with them; degrees are measured from the middle of the shadow in all three pictures. Stars near a critical curve are
+bright, and as small as anywhere else. Remakes JTFT figure 8.
 
-The paper's: hole, camera, the critical curves, the blown-up edge, galactic plane. Ours: 37,622 stars of Hipparcos in
-place of the 2.5 million brightest of Tycho-2, which are not ours to ship (docs/scenes.md says how to add some), and
+The paper's: hole, camera, the critical curves, the enlarged edge, the galactic plane. Ours: 37,622 stars of Hipparcos
+in place of the 2.5 million brightest of Tycho-2, which are not ours to ship (docs/scenes.md says how to add some), and
 a smooth model of the galactic band.
 """
 

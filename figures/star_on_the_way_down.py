@@ -6,7 +6,7 @@ A camera on circular orbits descends from r = 12 to r = 2.6 in the equatorial pl
 followed on its sky, always at the same angle from the camera round the spin axis: its images drift as the shadow grows.
 The secondary caustic winds further and further round the celestial sphere, and when it comes to the star, near r = 5,
 two images are born, one of index 1 and one of index 2 (triangles); the third triangle is an image of index 2 whose
-partner has index 3 and is not followed. Dots mark where the images are at last.
+partner has index 3 and is not followed. Dots mark where the images are at the end.
 """
 
 import math

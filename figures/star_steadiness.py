@@ -2,9 +2,9 @@
 Stars shine steadily
 ====================
 
-The light of two images of a star while the camera turns slowly, 100 frames over three pixels: by how much all of it
-differs from its mean (left), far less than the 2 % that JTFT set themselves; and what the pixel in the middle gets
-(right), the same for both.
+The light of two images of a star while the camera turns slowly, 100 frames over three pixels: by how much the total
+light differs from its mean (left), which is far less than the bound of 2 % set in JTFT; and how much light the pixel in
+the middle gets (right), which is the same for both.
 """
 
 import math

@@ -1,15 +1,15 @@
 """
-A star's way through a caustic
-==============================
+A star's path through a caustic
+===============================
 
-(a) The primary and the secondary caustic on the celestial sphere, of a camera on a circular orbit at r = 6.03 round a
+(a) The primary and the secondary caustic on the celestial sphere, for a camera on a circular orbit at r = 6.03 round a
 hole of spin 0.999, and the dashed path of a star that moves, relative to the camera, along its circle of latitude. It
 enters the secondary caustic at A, where two of its images are created, and leaves it at B, where two are annihilated.
 (b) The primary caustic, too small to be seen in (a), in its true shape. Remakes JTFT figure 5.
 
 The paper's: hole, camera, A and B, and the star, 18 degrees above the equatorial plane: θ′ = 0.392 π, which JTFT counts
 from the other pole as 0.608 π. Ours: the places of A and B, to the error of the caustic. For 42 of its 360 degrees the
-star is inside the secondary caustic and has two images more, one of index 1 and one of index 2. It does not come near
+star is inside the secondary caustic and has two more images, one of index 1 and one of index 2. It does not come near
 the primary one.
 """
 
@@ -67,7 +67,7 @@ def draw_path(ax: Axes, caustics: CausticSet, events: PairEvents) -> Axes:
     middle = np.degrees(caustics[0].celestial.mean(axis=0))
     ax.annotate("(b)", (middle[1], middle[0]), (0, 16), textcoords="offset points", ha="center",
                 arrowprops={"arrowstyle": "-", "linewidth": 0.6})  # fmt: skip
-    ax.set(xlim=(0, 360), ylim=(150, 30), xlabel="φ′ − that of the camera (deg)", ylabel="θ′ (deg)")
+    ax.set(xlim=(0, 360), ylim=(150, 30), xlabel="φ′ relative to the camera (deg)", ylabel="θ′ (deg)")
     ax.xaxis.set_major_locator(MultipleLocator(60))
     ax.yaxis.set_major_locator(MultipleLocator(30))
     return ax

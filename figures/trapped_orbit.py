@@ -3,18 +3,18 @@ The trapped photon orbit
 ========================
 
 A ray at the flat left edge of the shadow, for a = 0.999 and a camera at r = 2.6 on the equator, winds onto an orbit of
-constant r before it escapes or falls in. Left: which direction of the camera sky it is; middle: its orbit on the sphere
+constant r before it escapes or falls in. Left: the ray's direction on the camera sky; middle: its orbit on the sphere
 of that radius, the far side faint; right: θ against φ. Below: a ray of the mapping from the camera sky to the celestial
 sphere, 0.0057 degrees outside that direction, followed backward from the camera. It comes in, winds close to the orbit,
-and leaves: its last place on the picture is where it comes from on the celestial sphere. Of its 23.0 turns 18.1 are
-within 5 % of the radius of the orbit. Remakes JTFT figure 11.
+and leaves: its last point in the picture is the place on the celestial sphere from which it comes. Of its 23.0 turns
+18.1 are within 5 % of the radius of the orbit. Remakes JTFT figure 11.
 
 The paper's: hole, camera, a direction at the flat edge, the orbit on its sphere: prograde and of a shallow pitch; that
-rays of the mapping wind close to it, and leave. Ours: the ray that leaves; which direction, 16° above the equator; the
-radius follows from its angular momentum b, with the Carter constant q. The light circles the hole forward 18 times
+rays of the mapping wind close to it, and leave. Ours: the ray that leaves, and the direction, 16° above the equator.
+The radius follows from its angular momentum b, with the Carter constant q. The light circles the hole forward 18 times
 while it swings up and down once between two latitudes, so rays a little outside the edge come from anywhere on the
-celestial sphere between them, many times over: what makes the many images next to the flat edge. The model in space,
-space_trapped_orbit, has the same orbit.
+celestial sphere between them, many times over, which is what makes the many images next to the flat edge. The model in
+space, space_trapped_orbit, has the same orbit.
 """
 
 import math
@@ -108,7 +108,7 @@ def draw_ray(far: Axes, angles: Axes, ray: RayPaths, radius: float) -> None:
     angles.yaxis.set_major_locator(MultipleLocator(45))
     angles.legend(loc="upper center")
     for ax in (far, angles):
-        ax.set_xlabel("turns about the spin axis, against the light")
+        ax.set_xlabel("turns about the spin axis, followed backward")
 
 
 def draw_direction(ax: Axes, edge: np.ndarray) -> Axes:

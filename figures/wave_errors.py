@@ -1,14 +1,15 @@
 """
-The range of validity of waves from rays
-========================================
+The range of validity of waves computed from rays
+=================================================
 
-The reported error of `kc.amplification` (lines) and the true one (dots), in parts of the field or of 1 where that is
-less, for a hole without spin: partial waves, which share nothing with rays, give the truth. (a) A source at 1.8 rad
-from the direction opposite to the viewer, where its images are far apart; (b) one beside the axis, at 0.05 rad, where
-they are a ring. The viewers are 3 M (next to the photon orbits), 10 M and 20 M from the hole. Below the dashed
-frequency waves are longer than the hole, and errors pass tens of percent; below 0.05 they are refused.
+The reported error of `kc.amplification` (lines) and the true one (dots), as a fraction of the field, or of 1 where the
+field is less than 1, for a hole without spin: partial waves, which share nothing with rays, give the truth. (a) A
+source at 1.8 rad from the direction opposite to the viewer, where its images are far apart; (b) one beside the axis, at
+0.05 rad, where they form a ring. The viewers are 3 M (next to the photon orbits), 10 M and 20 M from the hole. Below
+the frequency of the dashed line, waves are longer than the hole, and errors exceed tens of percent; below 0.05 the
+program refuses to compute them.
 
-Beyond the paper. Scalar waves, images of index 0 to 4.
+The paper has no such figure. Scalar waves, images of index 0 to 4.
 """
 
 import math
@@ -37,7 +38,7 @@ def main(output: Path) -> list[Path]:
                 draw_errors(ax, radius, angle, colour)
             ax.axvline(LONG_WAVES, color="0.5", linewidth=0.7, linestyle="--")
             ax.set(xscale="log", yscale="log", xlabel=r"$\omega M$", title=f"({letter}) {angle:g} rad from the axis")
-        axes[0].set_ylabel("error, in parts of the field")
+        axes[0].set_ylabel("error, as a fraction of the field")
         axes[0].legend()
     return write_line_art(figure, output, "wave_errors")
 

@@ -34,11 +34,11 @@ ax.set(xlabel="distance of the hole (M)", ylabel="departure from the thin lens")
 plt.show()
 
 # %%
-# The departure falls as one over the distance. On a screen, magnifications are in units of the mass squared; divided by
-# r² they refer to solid angles.
+# The departure falls as one over the distance. On an observer's screen, magnifications are in units of the mass
+# squared; divided by r² they refer to solid angles.
 #
-# Spin makes a curve of the point
-# -------------------------------
+# Spin turns the point into a curve
+# ---------------------------------
 #
 # Behind a hole without spin the primary caustic is a point. With spin it is an astroid, which is tiny from far away.
 
@@ -51,4 +51,5 @@ ax.set(xlabel="φ′ (nrad)", ylabel="θ′ (nrad)", title="spin 0.9, from 10,00
 plt.show()
 
 # %%
-# It has four cusps, as for any lens without symmetry. Its width by spin and distance: :doc:`../astroids`.
+# It has four cusps, as for a symmetric lens that is slightly disturbed. For its width as a function of spin and
+# distance, see :doc:`../astroids`.

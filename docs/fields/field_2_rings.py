@@ -23,8 +23,9 @@ for n, seen in enumerate(rings, 1):
     print(f"crossing {n}: {seen.magnification.sum():.3e}, arrives at {seen.time.min():.2f} M")
 
 # %%
-# From one crossing to the next the factor tends to exp(-γ), where γ is the Lyapunov exponent of photon orbits, and the
-# delay tends to half a turn of these orbits, about 16 M. The first crossings are still far from both.
+# From one crossing to the next the magnification changes by a factor that tends to exp(-γ), where γ is the Lyapunov
+# exponent of photon orbits, and the delay tends to the time of half a turn on these orbits, about 16 M. The first
+# crossings are still far from both.
 
 for first, second in pairwise(rings):
     share = second.magnification.sum() / first.magnification.sum()
@@ -56,4 +57,4 @@ later = hour * (rings[1].time.min() - rings[0].time.min())
 print(f"one M is {hour:.2f} hours: the second crossing arrives {later:.0f} hours after the first")
 
 # %%
-# More on the plane: :doc:`../disks` and :doc:`../disk_caustics`.
+# For more on sources in the equatorial plane, see :doc:`../disks` and :doc:`../disk_caustics`.

@@ -2,8 +2,8 @@
 3. Flares near Sgr A*: a spot on an orbit
 =========================================
 
-A bright spot circles the hole at 9 M, like the flares seen at infrared wavelengths. We get what an
-interferometer measures: flux and centroid over time, in minutes and microarcseconds.
+A bright spot circles the hole at 9 M, like the flares seen at infrared wavelengths. We compute what an interferometer
+measures: flux and centroid over time, in minutes and microarcseconds.
 """
 
 import math
@@ -26,7 +26,7 @@ minutes = scale.seconds * times / 60
 size = scale.microarcseconds
 figure, (left, right) = plt.subplots(1, 2, figsize=(8, 3.6), layout="constrained")
 left.plot(minutes, light.flux / light.flux.mean())
-left.set(xlabel="time (minutes)", ylabel="flux by its mean")
+left.set(xlabel="time (minutes)", ylabel="flux / mean flux")
 right.plot(*(size * light.centroid.T))
 right.plot(0, 0, "k+", markersize=10)
 right.set(xlabel="α (μas)", ylabel="β (μas)", aspect="equal", title="centroid")
@@ -41,4 +41,4 @@ print("share of each image in all light:", np.round(share, 4))
 print(f"largest error of the flux, by the mean: {(light.error / light.flux.mean()).max():.1e}")
 
 # %%
-# A ball instead of a point, orbits off the plane, and FITS tables: :doc:`../moving_sources`.
+# For a ball instead of a point, orbits that leave the equatorial plane, and FITS tables, see :doc:`../moving_sources`.

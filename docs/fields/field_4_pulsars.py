@@ -1,9 +1,9 @@
 """
-4. Pulsars and stars: arrival times by every image
+4. Pulsars and stars: arrival times for each image
 ==================================================
 
-A pulsar passes behind a massive hole. Its pulses reach us along two paths: we find both delays, what is left of the
-textbook formula for them, and how bright the second image is.
+A pulsar passes behind a massive hole. Its pulses reach us along two paths: we find both delays, how
+far they are from the textbook formula, and how bright the second image is.
 """
 
 import math
@@ -24,12 +24,13 @@ upper.plot(light.time / 1e4, delay.T)
 upper.set_ylabel("delay (M)")
 lower.semilogy(light.time / 1e4, light.shares.T)
 lower.set(xlabel="arrival time (10,000 M)", ylabel="flux of each image")
-figure.suptitle("Index 0 and 1, seen edge on")
+figure.suptitle("Images of index 0 and 1, seen edge-on")
 plt.show()
 
 # %%
-# Most of the delay is the size of the orbit (Roemer's). The rest is Shapiro's, here in full and not only to first
-# order: when the pulsar is behind the hole both images have nearly the same delay, and both are bright.
+# Most of the delay is due to the size of the orbit (the Roemer delay). The rest is the Shapiro delay, here in full and
+# not only to first order: when the pulsar is behind the hole both images have nearly the same delay, and both are
+# bright.
 #
 # The mass of the hole converts this to seconds: for Sgr A* one M is 21 s.
 #

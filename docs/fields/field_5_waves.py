@@ -2,8 +2,8 @@
 5. Gravitational waves near a massive hole: amplification
 =========================================================
 
-A binary near a massive hole sends its chirp past it. We get the amplification over frequency, and see when images alone
-are enough.
+A binary near a massive hole sends its chirp past it. We compute the amplification as a function of frequency, and see
+when images alone are enough.
 """
 
 import matplotlib.pyplot as plt
@@ -19,8 +19,8 @@ for index, amplitude, time in zip(waves.image_index, waves.image_amplitude, wave
     print(f"n = {index}: g sqrt(mu) = {amplitude:.4f}, T = {time:.3f} M")
 
 # %%
-# The source is 30 M behind the hole, the viewer at infinity. Images of index 0 and 1 beat; where their phases are
-# close, at low frequencies, their sum is wrong, and the integral of their ring is used instead.
+# The source is 30 M behind the hole, the viewer at infinity. The images of index 0 and 1 interfere; where their phases
+# are close, at low frequencies, their sum is wrong, and the integral over the ring that they form is used instead.
 
 figure, ax = plt.subplots(figsize=(6, 3.4), layout="constrained")
 size = np.abs(waves.value)

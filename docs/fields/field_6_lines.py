@@ -19,13 +19,13 @@ for crossing in (1, 2):
     line = kc.line_profile(observer, inner=2.3209, outer=30, emissivity=3, crossing=crossing, bins=bins)
     ax.stairs(line.flux, line.edges, label=f"crossing {crossing}")
     print(f"crossing {crossing}: {line.flux.sum():.3f}, largest error of a bin {line.error.max():.1e}")
-ax.set(xlabel="frequency, by that of the emitter", ylabel="light (M²)", yscale="log", ylim=(1e-5, None))
+ax.set(xlabel="frequency / emitted frequency", ylabel="light (M²)", yscale="log", ylim=(1e-5, None))
 ax.legend()
 plt.show()
 
 # %%
 # The disk reaches in to the innermost stable orbit; spins are measured from the red wing. The second crossing is
-# light of the lower face, bent round the hole: it is seen where nothing is in the way, such as inside the inner rim.
+# light from the lower face, bent round the hole: it is seen where nothing is in the way, such as inside the inner rim.
 #
 # `emissivity` is the power with which the line's emission falls with radius, or a function of the radius. Checks
 # against another program: :doc:`../disk_checks`.

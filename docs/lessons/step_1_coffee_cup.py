@@ -2,8 +2,8 @@
 1. The coffee cup
 =================
 
-Put a cup of coffee in the sun. On the coffee lies a bright line with a sharp tip: a *caustic*. This page draws it, and
-shows why it comes with images that appear and vanish in pairs. The sky near a black hole works in the same way.
+Put a cup of coffee in the sun. A bright line with a sharp tip appears on the coffee: a *caustic*. This page draws it,
+and shows why it comes with images that appear and vanish in pairs. The sky near a black hole works in the same way.
 """
 
 # %%
@@ -38,7 +38,7 @@ plt.show()
 # No single ray is bright. The bright line is where neighbouring rays meet: they crowd along it. Take two neighbours
 # as the sides of a thin *beam*. Where they meet, the beam has no width at all, and beyond that place its sides are
 # swapped. **A caustic is the line of all places where thin beams have no width.** In the cup that happens once
-# along each ray, at the distance :math:`\cos(t)/2` from the wall, so that the line can be drawn by itself.
+# along each ray, at the distance :math:`\cos(t)/2` from the wall, so the line can be drawn directly, without the rays.
 
 caustic = wall(t) + np.cos(t) / 2 * thrown_back(t)
 cup.plot(*caustic, color="black")
@@ -48,8 +48,8 @@ figure
 # Seen from the coffee
 # --------------------
 #
-# Now be a small fish in the coffee and look at the wall. You see the sun reflected there, once for each ray that
-# reaches you. A ray reaches you if your place lies on it, that is, if this function of :math:`t` is zero.
+# Now imagine that you are a small fish in the coffee, looking at the wall. You see the sun reflected there, once for
+# each ray that reaches you. A ray reaches you if your place lies on it, that is, if this function of :math:`t` is zero.
 
 
 def miss(place, t):
@@ -63,7 +63,7 @@ figure, ax = plt.subplots(figsize=(6, 3), layout="constrained")
 for x in (0.2, 0.5, 0.8):
     ax.plot(fine, miss((x, 0.0), fine), label=f"fish at x = {x}")
 ax.axhline(0, color="black", linewidth=0.6)
-ax.set(xlabel="t: where the fish looks", ylabel="miss of the ray")
+ax.set(xlabel="t: where the fish looks", ylabel="by how far the ray misses")
 ax.legend()
 plt.show()
 
@@ -99,8 +99,8 @@ plt.show()
 # The number changes by two exactly on the caustic, and nowhere else: it is three between the two arms of the line, one
 # outside.
 #
-# What to keep
-# ------------
+# What to remember
+# ----------------
 #
 # ===================  =====================================  ==============================================
 # the same thing       in the cup                             near a black hole

@@ -10,10 +10,9 @@ a narrow beam of light is squeezed to a line.
 # The camera
 # ----------
 #
-# ``spin`` runs from 0 to just below 1. ``radius`` is in units of the hole's mass, as if that were a length: the
-# horizon of a fast-spinning hole, from inside which nothing comes back, is at 1; far away means 100 and more. By
-# default the camera sits in the plane of the hole's equator and moves on a circular orbit. Angles are in radians
-# everywhere in Python.
+# ``spin`` runs from 0 to just below 1. ``radius`` is in units of the hole's mass, expressed as a length: the horizon of
+# a fast-spinning hole, from inside which nothing comes back, is at 1; far away means 100 or more. By default the camera
+# sits in the plane of the hole's equator and moves on a circular orbit. Angles are in radians everywhere in Python.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -46,10 +45,10 @@ for number in range(3):
 # %%
 # The third line of sight ends in the hole: nothing comes from there, and its numbers are ``nan``, "not a number".
 #
-# Now look along a line from far to the right of the hole to its shadow. A narrow round beam of lines of sight lands
-# on the celestial sphere as an ellipse. ``delta_minus`` is the smaller of its two diameters, divided by that of the
-# beam at the camera; it is negative where the picture is mirrored. The smaller the ellipse, the larger the
-# picture of what lies in it, and the brighter a star there.
+# Now go through directions along a line on the sky, from far to the right of the hole to its shadow. A narrow round
+# beam of lines of sight lands on the celestial sphere as an ellipse. ``delta_minus`` is the smaller of its two
+# diameters, divided by that of the beam at the camera; it is negative where the picture is mirrored. The smaller the
+# ellipse, the larger the picture of what lies in it, and the brighter a star there.
 
 angle = np.radians(np.linspace(150, 68, 1500))
 line = np.stack([-np.cos(angle), np.sin(angle), np.full_like(angle, 0.05)], axis=-1)
@@ -70,9 +69,9 @@ plt.show()
 # Why again and again? A line of sight that passes closer to the hole is bent more. Close to the shadow it runs round
 # the hole once, twice, or any number of times before it leaves for the stars. About every half turn its beam is
 # squeezed to a line and opens again: paths round a ball that start at one point meet at the opposite point, half a turn
-# later, as meridians do at the poles. ``index`` counts how often that happened on the way. It is 0 far from the shadow
-# and grows by one across each critical curve, where one more squeeze falls before the end of the path. Where ``index``
-# is odd, the picture is mirrored.
+# later, as meridians do at the poles. ``index`` counts how often this happens on the way. It is 0 far from the shadow
+# and grows by one across each critical curve, beyond which one more squeeze happens before the end of the path. Where
+# ``index`` is odd, the picture is mirrored.
 
 for index in range(3):
     inside = seen.index == index
@@ -82,10 +81,10 @@ for index in range(3):
 # The first critical curves and caustics
 # --------------------------------------
 #
-# ``caustics`` finds the zeros in all directions, to the last digit that a computer has, and joins them. There are
-# infinitely many such curves, since lines of sight may run round the hole any number of times. They are numbered from
-# the outside by their *order*: the *primary* one lies between index 0 and 1, the *secondary* between 1 and 2, the
-# *tertiary* between 2 and 3, and so on.
+# ``caustics`` finds the zeros in all directions, to the last digit that the computer can represent, and joins them.
+# There are infinitely many such curves, since lines of sight may run round the hole any number of times. They are
+# numbered from the outside by their *order*: the *primary* one lies between index 0 and 1, the *secondary* between 1
+# and 2, the *tertiary* between 2 and 3, and so on.
 
 caustics = kc.caustics(camera, orders=3)
 ax = caustics.plot(sky="camera")
@@ -93,8 +92,8 @@ plt.show()
 
 # %%
 # These *critical curves* on the camera's sky, round the shadow, show where to look. The lines of sight in these
-# directions land, among the stars, on the *caustics*, the primary critical curve on the primary caustic and so on,
-# point by point:
+# directions land among the stars, on the *caustics*: those of the primary critical curve on the primary caustic, and so
+# on, point by point.
 
 caustics.plot()
 plt.show()
@@ -168,13 +167,12 @@ plt.show()
 # camera's sky.
 
 # %%
-# All that a beam says
+# The numbers of a beam
 # ---------------------
 #
-# You have met most of the numbers of a beam by now. A result alone on the last line of a cell shows all of them: here
-# those of the first three lines of sight, from the smallest to the largest. ``index``,
-# ``delta_minus`` and ``magnification`` are as above; ``parity`` is −1 where the picture is mirrored; ``redshift`` is
-# the frequency that the camera sees divided by that of the source. The `Python reference <../api.html>`_ explains the
-# rest.
+# You have met most of the numbers of a beam by now. A result that stands alone on the last line of a cell shows all of
+# them: here the smallest and the largest value of each for the first three lines of sight. ``index``, ``delta_minus``
+# and ``magnification`` are as above; ``parity`` is −1 where the picture is mirrored; ``redshift`` is the frequency that
+# the camera sees divided by that of the source. The `Python reference <../api.html>`_ explains the rest.
 
 beams

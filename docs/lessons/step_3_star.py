@@ -1,8 +1,8 @@
 """
-3. A star is dragged across a caustic
-=====================================
+3. Dragging a star across a caustic
+===================================
 
-We move one star over the secondary caustic of the last lesson, and watch a pair of images being born.
+We move one star across the secondary caustic of the last lesson, and watch a pair of images being born.
 """
 
 # %%
@@ -82,10 +82,10 @@ for step in (1e-2, 1e-4, 1e-6):
     print(f"star {step:.0e} rad past the caustic: images {np.linalg.norm(pair[0] - pair[1]):.2e} rad apart")
 
 # %%
-# When the star is nearer by a factor of 100, the images are nearer by a factor of 10. Both also grow brighter by a
-# factor of 10, and without bound as they meet: a fish on the bright line of the cup sees two suns merge, and much
-# light. A pair is therefore brightest when it is born, with two equally bright images. Then it fades: at first as one
-# over the square root of the star's distance, then each image in its own way.
+# When the star is closer to the caustic by a factor of 100, the images are closer together by a factor of 10. Both also
+# grow brighter by a factor of 10, and without bound as they meet: a fish on the bright line of the cup sees two suns
+# merge in a flood of light. A pair is therefore brightest when it is born, with two equally bright images. Then it
+# fades: at first as one over the square root of the star's distance, then each image in its own way.
 #
 # One whole orbit
 # ---------------

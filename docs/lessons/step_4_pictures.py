@@ -9,10 +9,10 @@ From single rays to pictures: every pixel is a narrow beam.
 # Stars
 # -----
 #
-# A ``View`` sets where the camera looks and how wide its view is; ``StarField`` is the sky of the Hipparcos satellite.
-# A ``fisheye`` keeps angles from its middle to scale, so that much of the sky fits in. Stars differ in brightness by
-# factors of thousands, which no screen can show: ``plot`` chooses an exposure from their light, and lifts the faint
-# ones with the curve ``asinh``.
+# A ``View`` sets where the camera looks and how wide its view is; ``StarField`` is the sky with the stars of the
+# Hipparcos catalogue. A ``fisheye`` projection keeps angles from the middle of the picture to scale, so that much of
+# the sky fits in. Stars differ in brightness by factors of thousands, which no screen can show: ``plot`` chooses an
+# exposure from their light, and brightens the faint stars with the curve ``asinh``.
 
 import matplotlib.pyplot as plt
 
@@ -34,7 +34,7 @@ plt.show()
 # Swatches
 # --------
 #
-# A chess board in place of stars shows how the sky is stretched.
+# A chessboard in place of stars shows how the sky is stretched.
 
 board = kc.render(camera, view, kc.skies.Checkerboard())
 ax = board.plot(exposure=1.0, curve="linear")
@@ -58,8 +58,8 @@ rendering.plot()
 plt.show()
 
 # %%
-# The arch over the shadow is the far part of the disk, whose light is bent over the hole; below is its underside.
-# Gas that comes toward us is brighter and bluer:
+# The arch over the shadow is the far part of the disk, whose light is bent over the hole; below the shadow is the
+# disk's underside. Gas that comes toward us is brighter and bluer:
 
 shifted = kc.render(far, kc.pictures.View(480, 200, 0.7), disk=disk, beaming=True, colour_shift=True)
 shifted.plot()

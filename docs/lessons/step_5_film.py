@@ -2,7 +2,7 @@
 5. A film
 =========
 
-A film is a scene file, a few lines of text. We write one, look at some of its pictures, and make it.
+A film is described by a scene file, a few lines of text. We write one, look at some of its pictures, and make the film.
 """
 
 # %%
@@ -59,8 +59,9 @@ plt.show()
 #
 #     kerrcaustics film orbit.toml --output orbit.mp4
 #
-# makes all 240 frames; an interrupted film resumes. In Python, any function that returns a picture can make a film.
-# Here is a two-second GIF of a star that crosses the secondary caustic, with its images up to index 2.
+# makes all 240 frames; if it is interrupted, the same command resumes it. In Python, any function that returns a
+# picture can make a film. Here is a two-second GIF of a star that crosses the secondary caustic, with its images up to
+# index 2.
 
 import math
 
@@ -107,5 +108,5 @@ plt.show()
 # --------------
 #
 # `How do I ...? <../howto.html>`_ answers short questions; `Scene files <../scene_files.html>`_ lists everything a
-# scene can contain; `Films <../films.html>`_ has ready-made films. All terms that were new here are in the
-# `glossary <../glossary.html>`_.
+# scene can contain; `Films <../films.html>`_ has ready-made films. All terms introduced here are in the `glossary
+# <../glossary.html>`_.

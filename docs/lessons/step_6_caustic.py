@@ -7,11 +7,11 @@ has a wavelength. We move one star across a fold of the secondary caustic, and m
 """
 
 # %%
-# The way of the star
-# -------------------
+# The path of the star
+# --------------------
 #
-# It crosses the caustic straight, on a fold far from all cusps. *d* is its distance from the caustic, positive inside,
-# where the star has two more images.
+# The star crosses the caustic at a right angle, at a fold far from all cusps. *d* is its distance from the caustic,
+# positive inside, where the star has two more images.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -61,14 +61,15 @@ plt.show()
 
 # %%
 # A disc starts to brighten when its limb touches the caustic, is brightest when most of it is inside, and is as bright
-# as a point from a few radii on. The smaller the disc, the higher the peak, which goes as one over the square root of
-# its radius.
+# as a point once it is a few radii past the caustic. The smaller the disc, the higher the peak, which goes as one over
+# the square root of its radius.
 #
 # Waves
 # -----
 #
-# ``amplification`` is the field of the star's waves, divided by that without the hole. Its square is the brightness of
-# a point, and is finite. The wave of the bright image of index 0 is subtracted, to show the pair alone.
+# ``amplification`` is the field of the star's waves, divided by that without the hole. Its squared modulus is the
+# brightness of a point source, and is finite. The wave of the bright image of index 0 is subtracted, to show the pair
+# alone.
 
 figure, ax = plt.subplots(figsize=(6, 3.4), layout="constrained")
 way = np.linspace(-0.06, 0.12, 91)
@@ -85,6 +86,6 @@ ax.legend()
 plt.show()
 
 # %%
-# At d < 0 the images that are always there beat. Inside the caustic the pair joins them: its two waves form one hump at
-# the caustic, which begins a little outside, and interfere farther in. The higher the frequency, the narrower the
-# fringes. More: :doc:`../extended_sources` and :doc:`../waves`.
+# At d < 0 the images that are always there interfere with one another. Inside the caustic the pair joins them: its two
+# waves form one hump at the caustic, beginning a little outside it, and interfere farther in. The higher the frequency,
+# the narrower the fringes. More: :doc:`../extended_sources` and :doc:`../waves`.

@@ -11,7 +11,7 @@ and the *curve* determines how much of that range a screen shows.
 # Four pictures of the same light
 # -------------------------------
 #
-# ``render`` takes seconds, but showing its light again takes none: render once, then experiment. By default,
+# ``render`` takes seconds, but showing its light again takes almost no time: render once, then experiment. By default,
 # ``exposure="auto"``, everything that shows light chooses an exposure from it; a number sets your own.
 
 import matplotlib.pyplot as plt
@@ -49,7 +49,7 @@ plt.show()
 # --------------------
 #
 # ``auto_exposure`` returns the number, and ``clipped_fraction`` the fraction of pixels that is then clipped at white;
-# more than a few per cent is too much. ``tone_mapped`` makes the bytes of a file.
+# more than a few per cent is too much. ``tone_mapped`` makes the bytes of a picture file.
 
 exposure = kc.pictures.auto_exposure(stars.light, curve="asinh")
 for stops in (-2, 0, 2):
@@ -64,7 +64,7 @@ picture = kc.pictures.tone_mapped(stars.light, exposure=exposure, curve="asinh")
 # the automatic exposure changes smoothly.
 #
 # In a scene file the exposure is in the table ``light``; values left out are chosen from the light, and
-# ``kerrcaustics render`` prints the number and how much is cut:
+# ``kerrcaustics render`` prints the number and how much is clipped:
 #
 # .. code-block:: toml
 #
@@ -72,6 +72,6 @@ picture = kc.pictures.tone_mapped(stars.light, exposure=exposure, curve="asinh")
 #     exposure = 0.0004   # by default "auto"
 #     curve = "asinh"     # the default with stars
 #
-# A disk beside stars has a ``brightness`` of about 1 / exposure. The light itself, before any exposure, is kept by
-# ``kerrcaustics render scene.toml --output scene.exr``, for programs that develop pictures. More is in `Light and
-# colour <../scenes.html#light-and-colour>`_ and `Exposure <../scene_files.html#exposure>`_.
+# A disk in front of stars needs a ``brightness`` of some hundred or more (by default 600). The light itself, before any
+# exposure, is kept by ``kerrcaustics render scene.toml --output scene.exr``, for programs that process raw light. More
+# is in `Light and colour <../scenes.html#light-and-colour>`_ and `Exposure <../scene_files.html#exposure>`_.

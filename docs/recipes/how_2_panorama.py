@@ -10,8 +10,8 @@ Show a panorama of your own
 # ----------------
 #
 # A panorama is twice as wide as it is high: it spans the whole horizon, from the north pole at the top to the south
-# pole at the bottom. It is seen from inside, like photographs of the sky. Here is one with words, which show at once if
-# the sky is mirrored. To use a file instead: ``kc.skies.Panorama.read("sky.jpg")``.
+# pole at the bottom. It is seen from inside, like photographs of the sky. Here is one with words, which show at once
+# whether the sky is mirrored. To use a file instead: ``kc.skies.Panorama.read("sky.jpg")``.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -58,13 +58,13 @@ plt.show()
 #
 # Words outside the bright ring read as they should. Words squeezed against its inner side are mirrored: they are images
 # of index 1, between the primary and the secondary critical curve. A mirrored word far from the hole would mean that
-# the picture is a chart of the sphere from outside, like a globe: then ``mirror=True`` flips it.
+# the picture is a chart of the sphere as seen from outside, like a globe; in that case ``mirror=True`` flips it.
 #
-# Turned
-# ------
+# Turn the panorama
+# -----------------
 #
-# ``orientation`` puts another place behind the hole. It is one angle, to the right, or three, to the right, up and
-# clockwise, in radians.
+# ``orientation`` puts another place behind the hole. It is either one angle (to the right) or three (to the right, up,
+# and clockwise), in radians.
 
 turned = kc.skies.Panorama(light, orientation=np.radians(90.0))
 camera = kc.Camera(spin=0.9, radius=100.0)

@@ -3,7 +3,7 @@ Take gradients
 ==============
 
 **Goal:** to find how the view changes with spin, place and source, and to fit these to observations. There are two
-ways: derivatives of results, which are ready numbers with errors, and functions for ``jax.grad``, ``jax.jit`` and
+ways: derivatives of results, which come as numbers with errors, and functions for ``jax.grad``, ``jax.jit`` and
 ``jax.vmap``.
 """
 
@@ -37,8 +37,8 @@ for number in range(len(images)):
 # over arrays, ``grad`` and ``jacfwd`` differentiate it; they can be combined and repeated. ``jax_enable_x64`` keeps JAX
 # from rounding arguments to seven digits.
 #
-# Here are twelve lines of sight of a camera at r = 10, with the places on the celestial sphere from which they were
-# seen to come. Which spin and inclination fit them? Newton's method finds out in a few steps.
+# Here are twelve lines of sight of a camera at r = 10, with the places on the celestial sphere from which their light
+# was seen to come. Which spin and inclination fit them? Newton's method finds out in a few steps.
 
 import jax
 import jax.numpy as jnp
@@ -78,9 +78,9 @@ plt.show()
 # ---------------
 #
 # At the end the number of correct digits doubles from step to step, down to round-off: this happens only with correct
-# gradients. With differences of two calls in place of the gradient, it would stop halfway.
+# gradients. With finite differences in place of the gradient, the improvement would stop halfway.
 #
 # ``direction`` follows one line of sight to the celestial sphere; if the line is captured, the result is ``nan``, and
 # so is its gradient. Searches for images and caustics are not differentiated. ``kc.functional.images`` follows images
-# already found, ``event_time`` is the time at which a star meets a caustic, and ``magnification`` the light of a disc,
-# through caustics too. More is in the `Python reference <../api.html#derivatives>`_.
+# already found, ``event_time`` is the time at which a star meets a caustic, and ``magnification`` is the light of a
+# disc, even while it crosses a caustic. More is in the `Python reference <../api.html#derivatives>`_.

@@ -61,4 +61,4 @@ print(f"error {np.degrees(secondary.error):.0e} deg, {secondary.circuits:.4f} ci
 
 # %%
 # ``figure.savefig("figure_9.pdf")`` writes a PDF, which stays sharp at any size; for a talk
-# ``figure.savefig("figure_9.png", dpi=200)``. In the caption, name the hole and the camera, and cite JTFT.
+# ``figure.savefig("figure_9.png", dpi=200)``. In the caption, state the hole's spin and the camera, and cite JTFT.

@@ -1,18 +1,18 @@
 """
-Use it in a classroom
-=====================
+Use kerrcaustics in a classroom
+===============================
 
 **Goal:** an hour in which a class sees why a black hole shows a star many times, and predicts how often.
 """
 
 # %%
-# Before the hour
-# ---------------
+# Before the lesson
+# -----------------
 #
-# Run ``pip install '.[explore,notebook]'`` in a clone, and ``kerrcaustics explore`` once: the first start compiles for
-# ten seconds to a minute. A class can share one explorer: ``kerrcaustics explore --host`` (:doc:`../explore`).
-# `This page <../explorer.html>`_ is the explorer with a few cameras; it needs no installation, and runs from a web
-# server or a memory stick.
+# Run ``pip install '.[explore,notebook]'`` in a clone, and ``kerrcaustics explore`` once: the first start takes ten
+# seconds to a minute to compile the code. A class can share one explorer: ``kerrcaustics explore --host``
+# (:doc:`../explore`). `This page <../explorer.html>`_ is the explorer with a few cameras; it needs no installation, and
+# runs from a web server or a memory stick.
 #
 # An hour
 # -------
@@ -28,9 +28,9 @@ Use it in a classroom
 # The worksheet
 # -------------
 #
-# A picture for the board: the secondary caustic, and five places for a star. How many images of index 0 and 1 does the
-# camera see of each? (The terms are in the :doc:`glossary <../glossary>`. The primary caustic is tiny, and lies to the
-# side of all five places.)
+# A picture for the board: the secondary caustic, and five places for a star. For each of them, how many images of index
+# 0 and 1 does the camera see? (The terms are in the :doc:`glossary <../glossary>`. The primary caustic is tiny, and
+# lies to the side of all five places.)
 
 import math
 

@@ -9,12 +9,12 @@ compilation.
 """
 
 # %%
-# A light curve that is made up
-# -----------------------------
+# A made-up light curve
+# ---------------------
 #
-# A star far away passes behind a hole, at a constant polar angle. A camera at r = 6 takes eight exposures, and sees the
-# star's primary image (index 0) and its secondary image (index 1) apart from each other, each with an error of 0.1 %.
-# Five numbers are unknown: spin, inclination, the star's polar angle, its speed in azimuth, and the time at which its
+# A star far away passes behind a hole, at a constant polar angle. A camera at r = 6 takes eight exposures, and measures
+# the star's primary image (index 0) and its secondary image (index 1) separately, each with an error of 0.1 %. Five
+# numbers are unknown: spin, inclination, the star's polar angle, its speed in azimuth, and the time at which its
 # azimuth is 3.
 
 import jax
@@ -71,7 +71,7 @@ seen = exact * (1 + ERROR * noise)
 # Least squares
 # -------------
 #
-# The derivatives are exact, so a few steps are enough from a start 3 % off. The inverse of the normal matrix
+# The derivatives are exact, so a few steps are enough from a start 1 to 20 % off. The inverse of the normal matrix
 # is the covariance of the five numbers.
 
 
@@ -95,8 +95,8 @@ print(f"chi square {2 * fit.cost:.1f} for {len(seen) - 5} degrees of freedom; {f
 # ------------------------
 #
 # The same residuals give the log-likelihood. The sampler moves in coordinates in which the fit's covariance is the unit
-# matrix, so that its first steps have the right length; the priors are flat, within ten deviations of the fit. Spins of
-# 1 and more are excluded.
+# matrix, so that its first steps have the right length; the priors are flat, within ten standard deviations of the fit.
+# Spins of 1 and more are excluded.
 
 import numpyro
 import numpyro.distributions as dist
@@ -134,9 +134,10 @@ for number, name in enumerate(NAMES):
 # A forecast: what would a caustic add?
 # --------------------------------------
 #
-# A forecast needs no data: the derivatives at the assumed parameters say how well they could be known (Fisher). Later
-# on its path the star meets a caustic of order 2, where the images of index 1 and 2 merge. ``event_time`` gives the
-# moment, with derivatives. How much better is the spin known if that moment is measured to 0.001?
+# A forecast needs no data: the derivatives at the assumed parameters say how well they could be known (the Fisher
+# matrix). Later on its path the star meets a caustic of order 2, where the images of index 1 and 2 merge.
+# ``event_time`` gives the moment, with derivatives. How much better is the spin known if that moment is measured to
+# 0.001?
 
 camera = kc.Camera(TRUTH[0], RADIUS, TRUTH[1], velocity="fiducial")
 event = min(kc.pair_events(camera, TRUTH[2]), key=lambda event: event.longitude)
@@ -159,8 +160,8 @@ for name, matrix in forecast.items():
     print(f"{name}: spin to {np.sqrt(matrix[0, 0]):.4f}, inclination to {np.sqrt(matrix[1, 1]):.5f}")
 
 # %%
-# Both, in one picture: samples of the posterior, the ellipse of the fit (one deviation), and the ellipse of the
-# forecast with the caustic, about the true values.
+# All of this in one picture: samples of the posterior, the ellipse of the fit (one standard deviation), and the ellipse
+# of the forecast with the caustic, about the true values.
 
 turn = np.linspace(0, 2 * np.pi, 200)
 circle = np.stack([np.cos(turn), np.sin(turn)])
@@ -178,8 +179,8 @@ axes.legend()
 plt.show()
 
 # %%
-# Look at
-# -------
+# What to look at
+# ---------------
 #
 # * Least squares and the posterior agree within a fraction of a standard deviation: with errors of 0.1 % the model is
 #   almost linear. (150 samples are few. A study takes more, and more than one chain.)
