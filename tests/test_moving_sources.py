@@ -187,6 +187,16 @@ def test_tables_hold_the_light_of_each_time(tmp_path):
 
 
 @pytest.mark.slow
+def test_tables_name_the_units_of_angles(tmp_path):
+    """Not those of lengths and times, for which FITS has no names."""
+    fits = pytest.importorskip("astropy.io.fits")
+    kc.light_curve(kc.Camera(0.5, 50.0, 1.0, "static"), 8.0, 3, crossings=1).to_fits(tmp_path / "light.fits")
+    with fits.open(tmp_path / "light.fits") as units:
+        kinds = {column.name: column.unit for column in units["LIGHT"].columns}
+    assert (kinds["flux"], kinds["centroid_error"], kinds["centroid_x"], kinds["time"]) == ("sr", "rad", None, None)
+
+
+@pytest.mark.slow
 def test_command_follows_an_orbit_of_a_file(capsys, tmp_path):
     path, table, figure = (tmp_path / name for name in ("orbit.toml", "light.csv", "light.png"))
     path.write_text('kind = "kepler"\nsemi_major_axis = 40\neccentricity = 0.3\n')

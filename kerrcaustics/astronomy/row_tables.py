@@ -4,7 +4,7 @@ import csv
 import io
 import os
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,9 +16,21 @@ from kerrcaustics.results.storage import as_json
 from kerrcaustics.results.units import as_in
 
 Array = np.ndarray
-Columns = dict[str, tuple[str, Array]]
-"""Text and values (rows,) of each column, by name."""
 
+
+class Column(NamedTuple):
+    """A column of a table: its text, its unit and its values (rows,)."""
+
+    text: str
+    unit: str
+    values: Array
+
+
+Columns = dict[str, Column]
+"""Columns by name."""
+
+# Units in geometric units, such as M, have no name in FITS: they are in the comments only.
+_FITS_UNITS = ("rad", "sr")
 # Names of the parts of a place on the sky, by their number.
 _AXES = {2: ("alpha", "beta"), 3: ("x", "y", "z")}
 
@@ -41,14 +53,14 @@ class RowTable(Shown):
         text = io.StringIO()
         table = csv.writer(text, lineterminator="\n")
         table.writerow(columns)
-        table.writerows(zip(*(values.tolist() for _, values in columns.values()), strict=True))
+        table.writerows(zip(*(column.values.tolist() for column in columns.values()), strict=True))
         with writing(path) as file:
             file.write(text.getvalue().encode())
 
     def to_fits(self, path: str | os.PathLike[str]) -> None:
         """Write two tables: LIGHT or WAVES, a row for each time or frequency, and EVENTS or IMAGES. Needs astropy.
 
-        Comments on the columns (TCOMM) have their units and texts; the card VIEWER is the viewer as JSON.
+        TCOMM of a column has its text and unit, TUNIT the unit of angles; the card VIEWER is the viewer as JSON.
         """
         fits = needed("astro", "astropy.io.fits")
         tables = [_table(fits, name, columns) for name, columns in self._tables().items()]
@@ -74,7 +86,7 @@ class FrequencyTable(RowTable):
 
 
 def _columns(result: Any, rows: str, count: int | None = None) -> Columns:
-    """Text and values (rows,) of each column; with a count those of images alone too, the same in all rows."""
+    """The columns of a result; with a count those of images alone too, the same in all rows."""
     columns: Columns = {}
     for name, about in quantities(type(result)).items():
         values = np.asarray(getattr(result, name))
@@ -84,46 +96,54 @@ def _columns(result: Any, rows: str, count: int | None = None) -> Columns:
             values = np.broadcast_to(values, (count, *values.shape))
         else:
             continue
-        columns |= _flat(name, tuple(dim for dim in about.dims if dim != rows), _text(result, about), values)
+        column = _column(result, about, values)
+        columns |= _flat(name, tuple(dim for dim in about.dims if dim != rows), column)
     return columns
 
 
 def _event_columns(events: Any) -> Columns:
-    """Text and values (event,) of all numbers and words of events; empty without events."""
+    """The columns of all numbers and words of events; empty without events."""
     columns: Columns = {}
     for name, about in quantities(type(events[0])).items() if events else ():
         values = np.array([getattr(event, name) for event in events])
         if values.dtype.kind != "O":
-            columns |= _flat(name, about.dims, _text(events[0], about), values)
+            columns |= _flat(name, about.dims, _column(events[0], about, values))
     return columns
 
 
-def _flat(name: str, dims: tuple[str, ...], text: str, values: Array) -> Columns:
+def _flat(name: str, dims: tuple[str, ...], column: Column) -> Columns:
     """The columns of values (rows, dims): the axes of a place are named, images and crossings are counted."""
-    sizes = list(zip(dims, values.shape[1:], strict=True))
+    sizes = list(zip(dims, column.values.shape[1:], strict=True))
     labels = [_AXES[size] if dim == "axis" else [str(i + 1) for i in range(size)] for dim, size in sizes]
     base = name.removesuffix("s") if dims and dims[0] != "axis" else name
     places = product(*(range(size) for _, size in sizes))
     return {
-        "_".join([base, *(label[i] for label, i in zip(labels, place, strict=True))]): (text, values[:, *place])
+        "_".join([base, *(label[i] for label, i in zip(labels, place, strict=True))]): column._replace(
+            values=column.values[:, *place]
+        )
         for place in places
     }
 
 
-def _text(result: Any, about: Quantity) -> str:
-    """The declaration of a quantity in one line."""
+def _column(result: Any, about: Quantity, values: Array) -> Column:
+    """Values with the declaration of their quantity."""
     unit = as_in(result, about).unit
-    return f"{about.text} [{unit}]" if unit not in ("", "1") else about.text
+    return Column(f"{about.text} [{unit}]" if unit not in ("", "1") else about.text, unit, values)
 
 
-def _table(fits: Any, name: str, columns: Columns) -> Any:
+def _table(fits: Any, table_name: str, columns: Columns) -> Any:
     """A FITS table, with the texts of its columns as comments."""
     kinds = {"f": "D", "i": "K", "b": "L"}
     cells = [
-        fits.Column(column, kinds.get(values.dtype.kind) or f"{values.dtype.itemsize // 4}A", array=values)
-        for column, (_, values) in columns.items()
+        fits.Column(
+            name,
+            kinds.get(column.values.dtype.kind) or f"{column.values.dtype.itemsize // 4}A",
+            unit=column.unit if column.unit in _FITS_UNITS else None,
+            array=column.values,
+        )
+        for name, column in columns.items()
     ]
-    unit = fits.BinTableHDU.from_columns(cells, name=name)
-    for k, (text, _) in enumerate(columns.values(), start=1):
-        unit.header[f"TCOMM{k}"] = text
-    return unit
+    table = fits.BinTableHDU.from_columns(cells, name=table_name)
+    for k, column in enumerate(columns.values(), start=1):
+        table.header[f"TCOMM{k}"] = column.text
+    return table
