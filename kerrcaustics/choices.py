@@ -59,7 +59,7 @@ def if_radians(name: str, degrees: float) -> str:
     if not parts:
         return ""
     meant = math.copysign(15 * parts[0], degrees)
-    return f"{name} is in degrees, but {degrees:.12g} looks like radians: those are {meant:g} degrees."
+    return f"{name} is in degrees, but {degrees:.12g} looks like radians: that would be {meant:g} degrees."
 
 
 def either(words: Sequence[str]) -> str:

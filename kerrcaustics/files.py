@@ -16,6 +16,8 @@ from typing import IO, Any
 # Open temporary files of `writing`.
 UNFINISHED: set[str] = set()
 _PART = ".part"
+# Endings of formats that a saved result, a NumPy file, would be taken for.
+OTHER_FORMATS = (".csv", ".fits", ".json", ".nc", ".pdf", ".png")
 
 
 @contextmanager

@@ -98,7 +98,7 @@ BAD = [
     (("caustics", "--spin", "0.9", "--radius", "6", "--velocity", "warp"), "must be circular, fiducial or static, but"),
     (("caustics", "--spin", "0.9", "--radius", "6", "--orders", "0"), "--orders must be a whole number from 1 to 10"),
     (("caustics", "--spin", "0.9", "--radius", "6", "--orders", "2.5"), "--orders must be a whole number, but is 2.5."),
-    (("caustics", "--spin", "0.9", "--radius", "6", "--json", "x", "--save", "x"), "--json must name another file"),
+    (("caustics", "--spin", "0.9", "--radius", "6", "--json", "x", "--save", "x"), "--json must name a different file"),
     (("caustics", "--spin", "0.9", "--radius", "6", "--tolerance", "0"), "--tolerance must lie in [1e-14, 1e-2]"),
     (
         ("caustics", "--spin", "0.9", "--radius", "6", "--json", "/nowhere/x.json"),
@@ -118,7 +118,7 @@ BAD = [
     (("caustics", "--spin", "0.9", "--radius", "6", "--order", "2"), "--order is unknown; did you mean --orders?"),
     (("caustics", "--spin", "0.9", "--radius", ""), "Argument --radius must be a number, but is empty."),
     (("caustics", "--spin", "0.9", "--radius", "6", "7"), "Argument --radius must be a number, but is 6 7."),
-    (("caustics", "--spin", "0.9", "--radius", "6", "--spin", "1"), "Argument --spin must be given once alone."),
+    (("caustics", "--spin", "0.9", "--radius", "6", "--spin", "1"), "Argument --spin must be given only once."),
     (
         ("caustics", "--spin", "0.9", "--radius", "6", "--points=no way"),
         "--points must be true or false, but is no way.",
@@ -156,7 +156,9 @@ BAD += [
     (("demo", "--output", "/proc/x"), "Argument --output must be a folder that can be made: /proc/x: No such file"),
     (("demo", "--output", "/proc"), "Argument --output must be a folder that can be written to: /proc/x: No such"),
     (("demo", "--output", sys.executable), "must be a folder that can be made: " + sys.executable + ": it is a file."),
-    ((*HERE, "--save", sys.executable + "/x"), "in a folder that exists, but " + sys.executable + " is no folder."),
+    ((*HERE, "--save", "x.fits"), "Argument --save must name a file of NumPy arrays, such as .npz, but is x.fits."),
+    (("explore", "--page", "x.png"), "Argument --page must end in .html or .htm, but is x.png."),
+    ((*HERE, "--save", sys.executable + "/x"), "in a folder that exists, but " + sys.executable + " is not a folder."),
 ]
 
 

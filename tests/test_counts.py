@@ -365,9 +365,9 @@ BAD = [
     (("counts", *PLACE, "--map", "--star", "9", "9"), "--star and --map were given"),
     (("counts", *PLACE, "--stars", "nowhere.csv"), "--stars must name a file that can be read"),
     (("counts", *PLACE, "--map", "--rows", "0"), "--rows must be a whole number from 1 to 4096"),
-    (("counts", *PLACE, "--map", "--line", "0"), "--line must come with --circle."),
-    (("counts", *PLACE, "--star", "9", "9", "--figure", "x.png"), "--figure must come with --map or --circle."),
-    (("counts", *PLACE, "--circle", "9", "9", "--points"), "--points must come with --json."),
+    (("counts", *PLACE, "--map", "--line", "0"), "--line must be used with --circle."),
+    (("counts", *PLACE, "--star", "9", "9", "--figure", "x.png"), "--figure must be used with --map or --circle."),
+    (("counts", *PLACE, "--circle", "9", "9", "--points"), "--points must be used with --json."),
     (("counts", *PLACE, "--circle", "9", "9", "--line", "nan"), "--line must be a finite number of degrees"),
 ]
 

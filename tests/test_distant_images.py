@@ -264,8 +264,8 @@ def test_times_and_places_go_on_where_an_observer_stands_in():
     ("arguments", "message"),
     [
         (("caustics", "--velocity", "static"), "--velocity must be fiducial at infinity"),
-        (("caustics", "--plane", "1", "--figure", "curves.png"), "--figure must not come with --plane"),
-        (("tracks", "--plane", "1", "--orbit", "6", "--film", "t.mp4"), "--film must not come with --plane"),
+        (("caustics", "--plane", "1", "--figure", "curves.png"), "--figure must not be used with --plane"),
+        (("tracks", "--plane", "1", "--orbit", "6", "--film", "t.mp4"), "--film must not be used with --plane"),
         (("images", "--star", "70", "120", "--max-index", "0"), "--max-index must be at least 1 for an observer"),
         (("images", "--star", "70", "120", "--velocity", "static"), "--velocity must be fiducial at infinity"),
     ],

@@ -267,7 +267,7 @@ def test_work_that_lasts_is_reported():
     assert [record["seconds"] for record in reported] == sorted(record["seconds"] for record in reported)
     assert message.record["id"] == work.number == 7 and read(data)[0]["quality"] == "full"
     assert work.progress().record["stage"] == "images of the star"
-    assert read(work.answered((8, "star", None, None))[1])[0]["line"].startswith("This could not be found")
+    assert read(work.answered((8, "star", None, None))[1])[0]["line"].startswith("This could not be computed")
 
 
 def test_an_orbit_that_is_none_is_refused_in_words():

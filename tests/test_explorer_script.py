@@ -119,7 +119,32 @@ def test_a_program_that_owes_an_answer_is_missed():
 
 @pytest.mark.parametrize(
     ("value", "complaint"),
-    [("0", ""), ("1000", ""), ("-4", "-4 is not allowed: from 0 to 1000 M."), ("NaN", "A number from 0 to 1000 M.")],
+    [
+        ("0", ""),
+        ("1000", ""),
+        ("-4", "-4 is not allowed: enter a number from 0 to 1000 M."),
+        ("NaN", "Enter a number from 0 to 1000 M."),
+    ],
 )
 def test_numbers_are_taken_within_their_range(value, complaint):
     assert evaluated(f"return complaintAbout({value}, [0, 1000], ' M');") == complaint
+
+
+@pytest.mark.slow
+def test_the_command_writes_the_standalone_page(capsys, tmp_path, monkeypatch):
+    from command_line import run
+
+    from kerrcaustics.explorer import still_page
+
+    whole = still_page.write_page
+    monkeypatch.setattr(
+        still_page, "write_page", lambda path, **rest: whole(path, still_page.CAMERAS[:1], [90.0], (), **rest)
+    )
+    status, out, _ = run(capsys, "explore", "--page", tmp_path / "page.html")
+    text = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert (
+        status == 0
+        and "page.html" in out
+        and "<html" in text
+        and "http://" not in text.replace("http://www.w3.org", "")
+    )

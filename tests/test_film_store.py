@@ -275,14 +275,14 @@ def test_odd_sizes_are_one_line_before_any_frame_is_drawn(size, reported, path, 
     ("arguments", "complaint"),
     [
         (["none.toml"], "Argument NAME must be a scene file or the name of a film, but there is no file none.toml"),
-        (["spin", "--quality", "draft"], "Argument --quality must come with a scene"),
+        (["spin", "--quality", "draft"], "Argument --quality must be used with a scene"),
         (["spin", "--frames", "5:5"], "Argument --frames must be A:B"),
         (["spin", "--frames", "many"], "Argument --frames must be A:B"),
         (["spin", "--workers", "2", "--scheduler", "tcp://x:1"], "only one of them can be given"),
         (["spin", "--json", "no/such/file"], "Argument --json must name a file in a folder"),
         (["BAR", "--frames", "5"], "Argument --frames must be A:B for a scene"),
         (["BAR", "--frames", "5:13"], "Argument --frames must lie within 0:12, which are all, but is 5:13"),
-        (["spin", "--scale", "0.5"], "Argument --scale must come with a scene (.toml), but spin is a script."),
+        (["spin", "--scale", "0.5"], "Argument --scale must be used with a scene (.toml), but spin is a script."),
         (["BAR", "--size", "95x48"], "Argument --size must have an even width and height for a film, but is 95x48."),
         (["BAR", "--workers", "0"], "Argument --workers must be 1 or more, but is 0"),
         (["BAR", "--output", "film.avi"], "Argument --output must end in .mp4 or .gif"),
@@ -296,7 +296,7 @@ def test_command_refuses(arguments, complaint, assert_refused, scenes):
 def test_a_scene_of_a_sweep_is_no_film(scenes, assert_refused, monkeypatch):
     bar = scenes()
     monkeypatch.setattr(sys.modules["kerrcaustics.scene_files.reading"], "read_scene", lambda _: object())
-    assert_refused(["film", bar], "says what to sweep over")
+    assert_refused(["film", bar], "is that of a sweep")
 
 
 @pytest.mark.parametrize("full_at", [0, 1, 6, 12, 13])
@@ -314,7 +314,7 @@ def test_a_full_disk_at_any_moment_is_one_line(full_at, path, whole, scenes, cap
         patch.setattr(os, "fsync", sync)
         status, out, err = run(capsys, "film", scene, "--output", path)
     assert (status, out) == (1, "") and err.count("\n") == 1
-    assert f"The film {path} cannot be written: No space left on device. Frames that are drawn are kept in" in err
+    assert f"The film {path} cannot be written: No space left on device. The frames drawn so far are kept in" in err
     assert not path.exists() and not list(path.parent.rglob("*.part"))
     _, drawn = gone_on(path)
     assert drawn == list(range(max(full_at - 1, 0), 12)) and path.read_bytes() == whole

@@ -197,7 +197,7 @@ def test_an_interrupt_is_one_line_and_ends_the_workers(arguments, work, tmp_path
     # As a terminal does: to all of them.
     os.killpg(process.pid, signal.SIGINT)
     out = reported(process)
-    words = re.fullmatch(rf"kerrcaustics: Interrupted: {work.interrupted}; start again to go on\.\n", out)
+    words = re.fullmatch(rf"kerrcaustics: Interrupted: {work.interrupted}; start again to resume\.\n", out)
     assert process.returncode == 130 and words, out
     assert not words.groups() or 1 <= int(words[1]) <= work.done(work.target)
     _, alive = psutil.wait_procs(workers, timeout=GUARD)
@@ -248,7 +248,7 @@ def test_a_file_that_cannot_grow_is_one_line(tmp_path, good_film):
     process = film.start(preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
     out = reported(process)
     assert process.returncode == 1 and out.count("\n") == 1, out
-    assert f"The film {film.target} cannot be written: File too large. Frames that are drawn are kept in" in out
+    assert f"The film {film.target} cannot be written: File too large. The frames drawn so far are kept in" in out
     assert frames_done(film.target) == FRAMES
     assert [file.name for file in film.target.parent.iterdir()] == [".bar.mp4.frames"]
     film.check_finished(film.start())

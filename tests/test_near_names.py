@@ -77,7 +77,7 @@ COMMANDS = {
     ("scene", "--template", "zzz"): "but is zzz.",
     ("help",): "but is help; did you mean --help?",
     ("--verson",): "but is --verson; did you mean --version?",
-    ("explore", "--spin", "2"): "--spin is unknown; kerrcaustics explore --help lists those there are.",
+    ("explore", "--spin", "2"): "--spin is unknown; kerrcaustics explore --help lists all options.",
     ("scene", "--template", "disk", "a.toml"): "a.toml must be left out: kerrcaustics scene has no place for it.",
 }
 
@@ -154,8 +154,8 @@ def test_radians_in_the_place_of_degrees_are_a_remark_on_a_scene(tmp_path):
         "view = {width = 8, field_of_view_deg = 1.05, tilt_deg = -0.785}\nsky = {kind = 'checkerboard', gap = 0.785}\n"
     )
     assert kc.SceneFile.read(tmp_path / "scene.toml").remarks == (
-        "camera.inclination_deg is in degrees, but 1.5708 looks like radians: those are 90 degrees.",
-        "view.tilt_deg is in degrees, but -0.785 looks like radians: those are -45 degrees.",
+        "camera.inclination_deg is in degrees, but 1.5708 looks like radians: that would be 90 degrees.",
+        "view.tilt_deg is in degrees, but -0.785 looks like radians: that would be -45 degrees.",
     )
     for template in templates.first_lines():
         table = tomllib.loads(templates.template_text(template))

@@ -55,7 +55,7 @@ def test_radii_of_maps_that_are_none(radii):
 
 
 def test_spheres_have_no_radii():
-    with pytest.raises(ValueError, match="`radii` must come with an EquatorialPlane"):
+    with pytest.raises(ValueError, match="`radii` must be used with an EquatorialPlane"):
         kc.count_map(CAMERA, 1, end=20.0, radii=[3.0])
 
 
@@ -63,10 +63,10 @@ def test_spheres_have_no_radii():
     ("options", "complaint"),
     [
         (["--plane", "1"], "--orbit must be given with --plane"),
-        (["--orbit", "6"], "--orbit must come with --plane"),
+        (["--orbit", "6"], "--orbit must be used with --plane"),
         (["--plane", "1", "--orbit", "1.2"], "--orbit must be, in the equatorial plane, a finite radius larger than"),
-        (["--plane", "1", "--orbit", "6", "--star-theta", "70"], "--star-theta must not come with --plane"),
-        (["--plane", "1", "--orbit", "6", "--film", "x.mp4"], "--film must not come with --plane"),
+        (["--plane", "1", "--orbit", "6", "--star-theta", "70"], "--star-theta must not be used with --plane"),
+        (["--plane", "1", "--orbit", "6", "--film", "x.mp4"], "--film must not be used with --plane"),
         (["--plane", "0", "--orbit", "6"], "--plane must be at least 1"),
     ],
 )

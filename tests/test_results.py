@@ -235,3 +235,9 @@ def test_what_is_no_result_is_refused(use, other):
 def test_datasets_name_the_coordinates_of_the_surface(surface, names):
     event = replace(example(PairEvent, 1), surface=surface)
     assert list(kc.to_xarray(event).angle.values) == names
+
+
+def test_endings_of_other_formats_are_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"Argument `path` must not end in \.fits"):
+        kc.save(tmp_path / "camera.fits", kc.Camera(0.9, 10.0))
+    assert not list(tmp_path.iterdir())

@@ -973,7 +973,7 @@ def test_a_picture_in_another_size(scene, painted, tmp_path, capsys, monkeypatch
         (["--scale", "0"], "Argument --scale must be above 0 and at most 16, but is 0."),
         (["--scale", "nan"], "Argument --scale must be above 0 and at most 16, but is nan."),
         (["--size", "64x36", "--scale", "2"], "Arguments --size and --scale: only one of them can be given."),
-        (["--preview", "--scale", "2"], "Argument --preview must be left out where --size or --scale is given."),
+        (["--preview", "--scale", "2"], "Argument --preview must be left out if --size or --scale is given."),
     ],
 )
 def test_sizes_are_refused_in_one_line(options, complaint, tmp_path, monkeypatch, assert_refused):

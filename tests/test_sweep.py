@@ -257,7 +257,7 @@ def test_damage_is_reported(tmp_path, quick, capsys):
     assert "damaged" not in run(capsys, "sweep", path, "--output", target)[1]
     HARM["emptied"](target / "status" / "c" / "1" / "1" / "0")
     assert (
-        "\n1 points were damaged in the store, and are computed anew\n"
+        "\n1 points were damaged in the store, and have been computed again\n"
         in run(capsys, "sweep", path, "--output", target)[1]
     )
     assert "damaged" not in run(capsys, "sweep", path, "--output", target)[1]
@@ -282,7 +282,7 @@ def test_a_full_disk_at_any_moment(tmp_path, scene, quick, capsys, monkeypatch):
         left[0] = room
         status, out, err = run(capsys, "sweep", path, "--output", target)
         assert (status, out) == (1, "") and err.count("\n") == 1
-        end = "What it holds is kept; start again to go on." if target.exists() else "Nothing of it is left."
+        end = "What it holds is kept; start again to resume." if target.exists() else "None of it is left."
         assert f"cannot be written: No space left on device. {end}" in err
         left[0] = 10**6
         result = kc.sweep(scene, target)

@@ -64,10 +64,10 @@ def test_every_file_may_be_damaged(harm, tmp_path, scene, good):
 
 def test_damage_of_a_description_is_reported(tmp_path, good, capsys):
     (good / "spin" / "c" / "0").unlink()
-    reported = "\n1 files that describe the store were lost or altered, and are written anew\n"
+    reported = "\n1 files that describe the store were lost or altered, and have been rewritten\n"
     arguments = ("sweep", tmp_path / "scene.toml", "--output", good)
     assert reported in run(capsys, *arguments)[1]
-    assert "written anew" not in run(capsys, *arguments)[1]
+    assert "have been rewritten" not in run(capsys, *arguments)[1]
 
 
 @pytest.mark.parametrize("name", ["zarr.json", "spin/c/0", "caustic_area/c/1/0/0/0", "status/c/0/0/0"])

@@ -175,7 +175,7 @@ def test_doctor_says_what_is_missing_and_what_to_do(capsys, tmp_path, monkeypatc
     monkeypatch.setattr(doctor, "_installed", lambda wanted: wanted.name not in ("av", "pyvista"))
     status, out, _ = run(capsys, "doctor")
     assert status == 0 and "pip install 'kerrcaustics[films,space]'" in out
-    assert "not tried without the extra space" in out and re.search(r"films .*without av>=", out)
+    assert "not tried, as the extra 'space' is not" in out and re.search(r"films .*no, needs av>=", out)
 
 
 # The first module of the package, the first of Python's own that is loaded then, and later ones.
@@ -260,9 +260,9 @@ def test_an_interrupted_film_says_what_it_leaves(tmp_path):
     folder.mkdir()
     (folder / "film.json").touch()
     (folder / "000003.png").touch()
-    assert film._left_in(folder) == f"1 frame is kept in {folder}; start again to go on."
+    assert film._left_in(folder) == f"1 frame is kept in {folder}; start again to resume."
     (folder / "000004.png").touch()
-    assert film._left_in(folder) == f"2 frames are kept in {folder}; start again to go on."
+    assert film._left_in(folder) == f"2 frames are kept in {folder}; start again to resume."
     for number in (3, 4):
         (folder / f"00000{number}.png").unlink()
     assert film._left_in(folder) == NOTHING_LEFT and not folder.exists()

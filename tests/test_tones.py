@@ -195,7 +195,7 @@ def test_the_exposure_is_printed_and_kept(scene_of, tmp_path, capsys):
     assert np.array_equal(given.picture(0), np.asarray(Image.open(out)))
     assert np.array_equal(scene.picture(0), given.picture(0))
     _, words, _ = run(capsys, *command, "--set", "light.exposure=9")
-    assert "--set light.exposure=auto goes by the light" in words
+    assert "--set light.exposure=auto sets it from the light" in words
 
 
 @pytest.mark.slow

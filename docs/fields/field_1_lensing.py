@@ -23,19 +23,20 @@ thin = (u**2 + 2) / (u * math.sqrt(u**2 + 4))
 radii = np.geomspace(1e2, 1e7, 11)
 off = []
 for radius in radii:
-    viewer = kc.Observer(spin=0.0, inclination=math.pi / 2, radius=float(radius))
+    viewer = kc.Camera(spin=0.0, radius=float(radius), velocity="static")
     star = math.pi / 2, math.pi - u * math.sqrt(4 / radius)
     images = kc.star_images(viewer, star, max_index=1)
-    off.append(images.magnification.sum() / radius**2 / thin - 1)
+    off.append(images.magnification.sum() / thin - 1)
 
 figure, ax = plt.subplots(figsize=(5.5, 3.2), layout="constrained")
-ax.loglog(radii, np.abs(off), "o-")
-ax.set(xlabel="distance of the hole (M)", ylabel="departure from the thin lens")
+ax.loglog(radii, -np.array(off), "o-")
+ax.set(xlabel="distance of the hole (M)", ylabel="fainter than the thin lens by")
 plt.show()
 
 # %%
-# The departure falls as one over the distance. On an observer's screen, magnifications are in units of the mass
-# squared; divided by r² they refer to solid angles.
+# The star is fainter than behind a thin lens, by about 2 / r. The camera is at rest: a moving one would see aberration
+# too. (Magnifications of an observer with a screen are areas on the screen, whose scale is that of solid angles only at
+# large distances.)
 #
 # Spin turns the point into a curve
 # ---------------------------------
@@ -52,4 +53,4 @@ plt.show()
 
 # %%
 # It has four cusps, as for a symmetric lens that is slightly disturbed. For its width as a function of spin and
-# distance, see :doc:`../astroids`.
+# distance, see :doc:`../far_camera`.

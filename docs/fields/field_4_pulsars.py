@@ -2,8 +2,8 @@
 4. Pulsars and stars: arrival times for each image
 ==================================================
 
-A pulsar passes behind a massive hole. Its pulses reach us along two paths: we find both delays, how
-far they are from the textbook formula, and how bright the second image is.
+A pulsar passes behind a massive hole. Its pulses reach us along two paths: we find both travel
+times, and how bright the second image is.
 """
 
 import math
@@ -17,7 +17,7 @@ observer = kc.Observer(spin=0.9, inclination=math.pi / 2)
 orbit = kc.Orbit.kepler(500.0, 0.1, inclination=math.radians(88))
 times = np.linspace(0.0, 2 * math.pi * 500**1.5, 200)
 light = kc.light_curve(observer, orbit, times, max_index=1)
-delay = light.time - light.emission_time
+delay = light.travel_time
 
 figure, (upper, lower) = plt.subplots(2, 1, figsize=(6.5, 5), sharex=True, layout="constrained")
 upper.plot(light.time / 1e4, delay.T)
@@ -32,6 +32,7 @@ plt.show()
 # not only to first order: when the pulsar is behind the hole both images have nearly the same delay, and both are
 # bright.
 #
-# The mass of the hole converts this to seconds: for Sgr A* one M is 21 s.
+# The mass of the hole converts this to seconds: for Sgr A* one M is 21 s. Errors are in
+# ``light.emission_time_error``.
 #
-# Events at which pairs of images are born, and arrival times as a table, are in :doc:`../moving_sources`.
+# Arrival times of single pulses, and events at which pairs of images are born, are in :doc:`../moving_sources`.

@@ -41,7 +41,7 @@ def amplification(
     save: FileName | None = None,
     common: CommonOptions = COMMON,
 ) -> None:
-    """Find the amplification of a star's waves: all images with their phases, finite on caustics.
+    """Compute the wave amplification of a star: all images with their phases, finite on caustics.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def amplification(
     source_radius
         Radius of the sphere on which the star lies, in units of the mass; by default the celestial sphere.
     method
-        auto, images, fold, cusp, ring or line.
+        Method that is used: auto, images, fold, cusp, ring or line.
     figure
         Save a plot of the modulus of the field against frequency to this file: .png, .pdf or .svg.
     table

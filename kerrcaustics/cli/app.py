@@ -10,7 +10,7 @@ import cyclopts
 
 from kerrcaustics.cli.usage import usage_message
 
-_QUIET = cyclopts.Parameter(name=("--quiet", "-q"), negative=(), group="Everywhere", show_default=False)
+_QUIET = cyclopts.Parameter(name=("--quiet", "-q"), negative=(), group="Global options", show_default=False)
 _EXIT_STATUS = "Exit status: 0 done; 1 something failed, or is not certified; 2 bad input; 130 interrupted."
 
 app = cyclopts.App(
@@ -63,7 +63,7 @@ def _run(
     Parameters
     ----------
     quiet
-        Print neither tables nor progress, but errors all the same.
+        Print neither tables nor progress; errors are still printed.
     """
     if quiet:
         from kerrcaustics.cli.terminal import be_quiet

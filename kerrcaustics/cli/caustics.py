@@ -72,7 +72,7 @@ def caustics(
     common.check_points(points)
     end = source.end()
     if source.plane is not None and figure is not None:
-        raise BadInput("Argument --figure must not come with --plane.")
+        raise BadInput("Argument --figure must not be used with --plane.")
     viewer = camera.viewer()
     with plain_errors(), progress() as report:
         from kerrcaustics.curves.caustic_search import caustics as find

@@ -75,7 +75,7 @@ def counts(
     common: CommonOptions = COMMON,
     points: Flag = False,
 ) -> None:
-    """Count the images of stars, over the whole celestial sphere, or of a great circle.
+    """Count the images of single stars, of stars all over the celestial sphere, or of a great circle.
 
     Counts do not depend on the velocity of the camera.
 
@@ -86,15 +86,15 @@ def counts(
     stars
         Count the images of many stars: a file of lines "theta,phi" in degrees; lines that begin with # are skipped.
     map_
-        Count on a grid over the celestial sphere, by the winding of the caustics; with --plane over r and phi.
+        Count on a grid over the celestial sphere, by the winding of the caustics; with --plane, over r and phi.
     circle
         Find the images (curves) of the great circle with this normal: theta', phi' in degrees.
     rows
         With --map: number of cells from pole to pole, with twice as many in phi'. In the plane: number of circles,
         about one second each.
     line
-        With --circle: count the crossings with the line that runs straight away from the shadow edge at this parameter,
-        degrees: 0 at the prograde edge, 180 at the retrograde one.
+        With --circle: count the crossings with the line that starts at this point of the shadow edge and runs straight
+        away from the hole, degrees: 0 at the prograde edge, 180 at the retrograde one.
     figure
         With --map: save the map with the caustics to this file: .png, .pdf or .svg. With --circle: save the images of
         the circle, the crossings with --line, and the circle among the caustics.
@@ -111,7 +111,7 @@ def counts(
     common.check({"--figure": figure})
     check_ending(figure)
     if circle and source.plane is not None:
-        raise BadInput("Argument --plane must not come with --circle: great circles lie on a sphere.")
+        raise BadInput("Argument --plane must not be used with --circle: great circles lie on a sphere.")
     places = _read_stars(stars, source) if stars else [source.place(kind, place) for place in (star, circle) if place]
     end, viewer = source.end(), camera.viewer()
     began = time.perf_counter()
@@ -126,7 +126,7 @@ def counts(
     common.say_files(figure=figure)
     common.write_result(entry, time.perf_counter() - began, None if points or map_ else 2)
     if not certified:
-        stop(1, "Not all of it is certified: see the remarks.")
+        stop(1, "Not everything is certified: see the remarks.")
 
 
 def _stars(camera: "Viewer", places: Places, max_index: int, end: "Wherever") -> Counted:
@@ -206,7 +206,7 @@ def _one_kind(given: dict[str, Any]) -> str:
 def _only_with(kind: str, needed: str, given: dict[str, Any]) -> None:
     for name, value in given.items():
         if value is not None and kind not in needed.split(" or "):
-            raise BadInput(f"Argument {name} must come with {needed}.")
+            raise BadInput(f"Argument {name} must be used with {needed}.")
 
 
 def _read_stars(path: Path, source: SourceOptions) -> Places:

@@ -72,7 +72,7 @@ def _installed(requirement: Requirement) -> bool:
 def _opengl(tried: bool) -> dict[str, Any]:
     """State of OpenGL, None if it is not tried, and advice."""
     if not tried:
-        return {"works": None, "advice": "not tried without the extra space"}
+        return {"works": None, "advice": "not tried, as the extra 'space' is not installed"}
     from kerrcaustics.draw.space import NoOpenGLError, check_opengl
 
     try:
@@ -112,7 +112,7 @@ def _print(entry: dict[str, Any], out: Console) -> None:
     say(out, f"OpenGL: {entry['opengl']['advice']}")
     table = PlainTable(("extra", "for", "installed"), words=("extra", "for", "installed"))
     for name, state in entry["extras"].items():
-        table.add_row(name, EXTRAS[name], "yes" if state["installed"] else f"without {', '.join(state['missing'])}")
+        table.add_row(name, EXTRAS[name], "yes" if state["installed"] else f"no, needs {', '.join(state['missing'])}")
     out.print(table)
     absent = [name for name, state in entry["extras"].items() if not state["installed"]]
     if absent:

@@ -10,7 +10,9 @@ import webbrowser
 from pathlib import Path
 
 from kerrcaustics.cli.app import BadInput, app, stop, with_examples
-from kerrcaustics.cli.options import COMMON, CommonOptions, Flag, Port
+from kerrcaustics.cli.options import COMMON, CommonOptions, FileName, Flag, Port
+from kerrcaustics.cli.outputs import check_page
+from kerrcaustics.cli.terminal import plain_errors, progress
 from kerrcaustics.extras import missing
 from kerrcaustics.files import UNFINISHED
 from kerrcaustics.interrupts import on_interrupt
@@ -27,13 +29,18 @@ _LEADS_ON = """<!doctype html>
 """
 
 
-@app.command(**with_examples("explore", "explore --no-browser --port 8765 --token-file ~/.kerrcaustics-token"))
+@app.command(
+    **with_examples(
+        "explore", "explore --no-browser --port 8765 --token-file ~/.kerrcaustics-token", "explore --page explorer.html"
+    )
+)
 def explore(
     *,
     port: Port = 0,
     token_file: Path | None = None,
     host: str = "127.0.0.1",
     no_browser: Flag = False,
+    page: FileName | None = None,
     common: CommonOptions = COMMON,
 ) -> None:
     """Open the explorer in a browser: drag a star over the caustics, and see how pairs of images appear.
@@ -52,8 +59,15 @@ def explore(
         token can use the explorer.
     no_browser
         Do not open a browser: for use over ssh, with `ssh -L PORT:localhost:PORT`.
+    page
+        Write the standalone page to this .html file instead, and end: it holds some cameras and stars, needs no program
+        and no network, and can be shown on a slide.
     """
-    common.check()
+    common.check({"--page": page})
+    check_page(page)
+    if page is not None:
+        _write_page(page, common)
+        return
     if not host:
         raise BadInput("Argument --host must be an address, but is empty.")
     if lacking := missing("explore", *_NEEDED):
@@ -78,6 +92,14 @@ def explore(
         threading.Thread(target=_open_browser, args=(address,), daemon=True).start()
     on_interrupt(lambda: "the explorer has ended.", status=0)
     serve(listener, host, token)
+
+
+def _write_page(page: Path, common: CommonOptions) -> None:
+    with plain_errors(), progress() as report:
+        from kerrcaustics.explorer.still_page import write_page
+
+        write_page(page, progress=report)
+    common.say_files(page=page)
 
 
 def _token(file: Path | None) -> str:

@@ -34,7 +34,7 @@ def film(
     restart: Flag = False,
     common: CommonOptions = COMMON,
 ) -> None:
-    """Make a film of a scene file, of a template, or of a script (in the folder figures/films/ of a checkout).
+    """Make a film from a scene file, a template, or a script (in the folder figures/films/ of a checkout).
 
     A film takes minutes; an estimate of the time is shown once each process has drawn two frames. An interrupted film
     resumes when it is started again.
@@ -42,7 +42,7 @@ def film(
     Parameters
     ----------
     name
-        The scene, a TOML file; or the name of a template (kerrcaustics scene), or of a script.
+        The scene, a TOML file; or the name of a template (kerrcaustics scene lists them) or of a script.
     output
         Film file, .mp4 (H.264) or .gif; by default an .mp4 file in the current folder, named after the scene or script.
     frames
@@ -83,7 +83,7 @@ def _make(path: Path, film: "Film", report: Any, **options: Any) -> "FilmResult"
 
     folder = frames_folder(path)
     on_interrupt(lambda: _left_in(folder))
-    kept = f"Frames that are drawn are kept in {folder}; start again to go on."
+    kept = f"The frames drawn so far are kept in {folder}; start again to resume."
     with one_line_errors(lambda reason: f"The film {path} cannot be written: {reason}. {kept}"), plain_errors():
         return make_film(path, film, progress=report, announce=announce, **options)
 
@@ -97,7 +97,7 @@ def _left_in(folder: Path) -> str:
         discard(folder)
         return NOTHING_LEFT
     frames = "1 frame is" if count == 1 else f"{count} frames are"
-    return f"{frames} kept in {folder}; start again to go on."
+    return f"{frames} kept in {folder}; start again to resume."
 
 
 def _report(result: "FilmResult", common: CommonOptions) -> None:
@@ -157,7 +157,7 @@ def _check_name(name: str, count: int | None, quality: Quality | None, resizing:
         )
     for option, value in {"--quality": quality, "--size": resizing.size, "--scale": resizing.scale}.items():
         if value is not None:
-            raise BadInput(f"Argument {option} must come with a scene (.toml), but {name} is a script.")
+            raise BadInput(f"Argument {option} must be used with a scene (.toml), but {name} is a script.")
 
 
 def _scene_film(path: Path, quality: Quality | None, resizing: SizeOptions) -> "Film":
@@ -168,7 +168,7 @@ def _scene_film(path: Path, quality: Quality | None, resizing: SizeOptions) -> "
 
         scene = read_scene(path)
         if not isinstance(scene, FilmedScene):
-            raise BadInput(f"Argument NAME must be a scene to be shown, but {path} says what to sweep over.")
+            raise BadInput(f"Argument NAME must be the scene of a picture or a film, but {path} is that of a sweep.")
         for line in scene.remarks:
             note(line)
         return scene_film(resizing.applied(scene, even=True).with_exposures(), quality)

@@ -71,7 +71,7 @@ def light_curve(
         node, pericentre and time; angles in degrees.
     source
         point: a star of luminosity 1 that shines equally in all directions. ball: the same, of the given --size. spot:
-        a Gaussian spot in a disk, on a circular orbit. By default a spot if --orbit is a radius.
+        a Gaussian spot in a disk, on a circular orbit. By default a spot if --orbit is a radius, else a point.
     during
         First and last time of the camera, in units of the mass; by default one period of the orbit.
     times
@@ -121,7 +121,7 @@ def light_curve(
             raise BadInput("Argument --during must be given, as this orbit has no period.")
         kind: Any = source or ("spot" if isinstance(way, float) else "point")
         if film is not None and kind != "spot":
-            raise BadInput("Argument --film must come with a spot.")
+            raise BadInput("Argument --film must be used with a spot.")
         clock: Any = times if during is None else np.linspace(*during, times)
         settings: dict[str, Any] = (
             {"crossings": crossings, "motion": motion, "power": power} if kind == "spot" else {"max_index": max_index}
@@ -170,7 +170,7 @@ def _print_spot(light: "LightCurve", out: Console) -> None:
         table.add_row(str(crossing), f"{share.mean() / whole:.3%}", f"{share[best]:.6g}", f"{light.time[best]:z.6g}")
     out.print(table)
     for event in light.events:
-        moment = f"time {event.moment:z.9g}, off by {event.error:.0e}"
+        moment = f"time {event.moment:z.9g}, error {event.error:.0e}"
         say(out, f"{event.kind} of two images at crossing {event.crossing}, {moment}")
     say_all(out, light.remarks)
     low, high = light.flux.min(), light.flux.max()
@@ -188,10 +188,10 @@ def _print_source(light: "SourceLightCurve", out: Console) -> None:
         table.add_row(str(index), f"{part:.3%}", f"{there.min():z.6g}", f"{there.max():z.6g}")
     out.print(table)
     for event in light.events:
-        moment = f"time {event.time:z.9g}, off by {event.error:.0e}"
+        moment = f"time {event.time:z.9g}, error {event.error:.0e}"
         say(out, f"{event.kind} of two images at a caustic of order {event.order}, {moment}")
     say_all(out, light.remarks)
     low, high = np.nanmin(light.flux), np.nanmax(light.flux)
     error = f"{np.nanmax(light.error / light.flux):.0e}"
-    flux = f"flux from {low:.6g} to {high:.6g} for luminosity 1, relative error at most {error}"
+    flux = f"flux of these images from {low:.6g} to {high:.6g} for luminosity 1, relative error at most {error}"
     say(out, f"{flux}: {verdict(light.certified)}")

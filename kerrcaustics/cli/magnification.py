@@ -58,7 +58,7 @@ def magnification(
         in the plane.
     profile
         Brightness from the centre to the limb: uniform, linear:u or quadratic:u1,u2 for limb darkening,
-        gaussian:width for a deviation in radii of the star.
+        gaussian:width for a Gaussian whose standard deviation is width radii of the star.
     power
         The light scales as the frequency ratio to this power: 0 for the magnification alone, 4 for the light of all
         frequencies.

@@ -137,7 +137,7 @@ class SourceOptions:
     def end(self) -> "float | EquatorialPlane":
         """The surface as the functions of the package take it."""
         if self.source_radius is not None and self.plane is not None:
-            raise BadInput("Arguments --source-radius, --plane: one of them may be given, but both were.")
+            raise BadInput("Arguments --source-radius and --plane: only one of them can be given.")
         if self.plane is None:
             return math.inf if self.source_radius is None else self.source_radius
         from kerrcaustics.beams.ends import EquatorialPlane
@@ -181,7 +181,7 @@ class CommonOptions:
     def check_points(self, points: bool) -> None:
         """Refuse --points without --json."""
         if points and self.json is None:
-            raise BadInput("Argument --points must come with --json.")
+            raise BadInput("Argument --points must be used with --json.")
 
     def console(self) -> Console:
         """The console of tables: standard error where standard output is for the JSON alone."""
@@ -215,7 +215,7 @@ class WorkerOptions:
     Attributes
     ----------
     workers
-        Number of processes on this machine that compute. By default only this one.
+        Number of processes on this machine that compute; by default only one, this process itself.
     scheduler
         Compute on the Dask cluster with this scheduler, such as tcp://host:8786, whose workers see the same files.
     """

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from kerrcaustics.cli.app import BadInput
 from kerrcaustics.extras import missing
+from kerrcaustics.files import OTHER_FORMATS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,6 +20,7 @@ _FIGURE = (".png", ".pdf", ".svg"), ", "
 _PICTURE = (".png", ".jpg", ".jpeg", ".exr"), ", "
 _FILM = (".mp4", ".gif"), " or "
 _TABLE = (".csv", ".fits"), " or "
+_PAGE = (".html", ".htm"), " or "
 # Extras that endings need, and the package of each.
 _NEEDS = {".exr": ("exr", "OpenEXR"), ".mp4": ("films", "av")}
 
@@ -29,9 +31,11 @@ def check_outputs(paths: dict[str, Path | None]) -> None:
     for argument, path in named.items():
         twin = next(name for name in named if named[name].absolute() == path.absolute())
         if twin != argument:
-            raise BadInput(f"Argument {argument} must name another file than {twin}, but both are {path}.")
+            raise BadInput(f"Argument {argument} must name a different file from {twin}, but both are {path}.")
         if os.path.isdir(path):
             raise BadInput(f"Argument {argument} must name a file, but {path} is a folder.")
+        if argument == "--save" and path.suffix.lower() in OTHER_FORMATS:
+            raise BadInput(f"Argument --save must name a file of NumPy arrays, such as .npz, but is {path}.")
         # Else it is a device or a pipe.
         if os.path.isfile(path) or not os.path.exists(path):
             _check_folder(argument, path)
@@ -40,7 +44,7 @@ def check_outputs(paths: dict[str, Path | None]) -> None:
 def _check_folder(argument: str, path: Path) -> None:
     """Refuse a file in a folder that is not there, or where nothing can be written."""
     if not os.path.isdir(path.parent):
-        how = "is no folder" if os.path.exists(path.parent) else "does not"
+        how = "is not a folder" if os.path.exists(path.parent) else "does not"
         raise BadInput(f"Argument {argument} must name a file in a folder that exists, but {path.parent} {how}.")
     _try(argument, "name a file that can be written", path)
 
@@ -85,6 +89,11 @@ def check_table(table: Path | None) -> None:
     _check_ending("--table", table, *_TABLE)
 
 
+def check_page(page: Path | None) -> None:
+    """Refuse pages that do not look like pages."""
+    _check_ending("--page", page, *_PAGE)
+
+
 def write_table(result: "RowTable", table: Path) -> None:
     """Write a result in rows into a file whose ending was checked."""
     (result.to_csv if table.suffix.lower() == ".csv" else result.to_fits)(table)
@@ -97,7 +106,7 @@ def _check_ending(argument: str, path: Path | None, endings: tuple[str, ...], be
     if ending not in endings:
         raise BadInput(f"Argument {argument} must end in {between.join(endings)}, but is {path}.")
     if ending in _NEEDS and (lacking := missing(*_NEEDS[ending])):
-        raise BadInput(f"Argument {argument}: {lacking}{'; .gif needs nothing.' if ending == '.mp4' else '.'}")
+        raise BadInput(f"Argument {argument}: {lacking}{'; .gif does not need it.' if ending == '.mp4' else '.'}")
 
 
 def make_folder(output: Path, argument: str = "--output") -> None:

@@ -108,9 +108,9 @@ def _check_options(scene: Path, path: Path, preview: bool, resizing: SizeOptions
     check_picture(path)
     resizing.check()
     if preview and resizing != AS_IT_IS:
-        raise BadInput("Argument --preview must be left out where --size or --scale is given.")
+        raise BadInput("Argument --preview must be left out if --size or --scale is given.")
     if scene.absolute() == path.absolute():
-        raise BadInput(f"Argument --output must name another file than the scene, but both are {path}.")
+        raise BadInput(f"Argument --output must name a different file from the scene, but both are {path}.")
 
 
 def _viewer_record(rendering: "Rendering") -> dict[str, Any]:
@@ -133,7 +133,7 @@ def _camera_in_words(rendering: "Rendering") -> str:
     words = place_of(rendering.camera)
     if isinstance(velocity, str):
         return words
-    return words.replace(f"{velocity} camera", f"a camera with {math.hypot(*velocity or ()):.6g} of the speed of light")
+    return words.replace(f"{velocity} camera", f"a camera at {math.hypot(*velocity or ()):.6g} of the speed of light")
 
 
 def _tones_in_words(development: "Development | None", scene: "SceneFile") -> list[str]:
@@ -144,7 +144,11 @@ def _tones_in_words(development: "Development | None", scene: "SceneFile") -> li
     chosen = " (auto)" if scene.contents.light.exposure == "auto" else ""
     brighter = f"--set light.exposure={2 * development.exposure:.3g} doubles the exposure"
     if development.clipped > _MUCH:
-        brighter = "--set light.exposure=auto goes by the light" if not chosen else "light.curve = asinh keeps more"
+        brighter = (
+            "--set light.exposure=auto sets it from the light"
+            if not chosen
+            else "light.curve = asinh keeps more detail in bright parts"
+        )
     return [f"Exposure {exposure}{chosen}, {clipped} of the pixels are clipped at white; {brighter}"]
 
 

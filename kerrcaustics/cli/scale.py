@@ -14,7 +14,7 @@ def scale(*, mass: float, distance: float | None = None, common: CommonOptions =
     mass
         Mass of the hole, in solar masses.
     distance
-        Distance from the observer, in parsec.
+        Distance from the observer, in parsecs.
     """
     common.check()
     with plain_errors():

@@ -51,9 +51,9 @@ def sweep(
     check_store("--output", store)
     common.check()
     if store.exists() and not resume:
-        raise BadInput(f"Argument --output must name a new store where --no-resume is given, but {store} is there.")
+        raise BadInput(f"Argument --output must name a new store if --no-resume is given, but {store} already exists.")
     on_interrupt(
-        lambda: f"what was computed is kept in {store}; start again to go on." if store.exists() else NOTHING_LEFT
+        lambda: f"what was computed is kept in {store}; start again to resume." if store.exists() else NOTHING_LEFT
     )
     result = _run(scene, store, workers, retry)
     from kerrcaustics.results.records import record
@@ -63,9 +63,9 @@ def sweep(
     out = common.console()
     say(out, f"{result.points} points: {done}; {result.seconds:.1f} s")
     if result.damaged:
-        say(out, f"{result.damaged} points were damaged in the store, and are computed anew")
+        say(out, f"{result.damaged} points were damaged in the store, and have been computed again")
     if result.mended:
-        say(out, f"{len(result.mended)} files that describe the store were lost or altered, and are written anew")
+        say(out, f"{len(result.mended)} files that describe the store were lost or altered, and have been rewritten")
     say(out, f"Store: {store}")
     if result.failures:
         sys.stderr.write("".join(f"failed: {line}\n" for line in result.failures[:_SHOWN]))
@@ -76,7 +76,7 @@ def sweep(
 
 def _run(scene: Path, store: Path, workers: WorkerOptions, retry: bool) -> "SweepResult":
     def unwritten(reason: str) -> str:
-        kept = "What it holds is kept; start again to go on." if store.exists() else "Nothing of it is left."
+        kept = "What it holds is kept; start again to resume." if store.exists() else "None of it is left."
         return f"The store {store} cannot be written: {reason}. {kept}"
 
     with one_line_errors(unwritten), plain_errors({"path": "output"}), progress(left=True) as report:

@@ -50,15 +50,15 @@ def tracks(
 ) -> None:
     """Follow all images of a star over one orbit of the camera, with the creation and annihilation of pairs.
 
-    The camera must orbit the spin axis, and not be static. An observer does not orbit: in that case the star circles.
+    The camera must orbit the spin axis; it cannot be static. An observer does not orbit: the star circles instead.
 
     Parameters
     ----------
     star_theta
         The star's angle theta' from the spin axis, degrees. Its phi' runs through a whole turn.
     orbit
-        With --plane, instead: radius of the star's circle in the equatorial plane, in units of the mass. The camera may
-        be static.
+        With --plane, instead of --star-theta: radius of the star's circle in the equatorial plane, in units of the
+        mass. The camera may be static.
     figure
         Save a plot of the tracks, the events and the brightness to this file: .png, .pdf or .svg.
     film
@@ -103,13 +103,13 @@ def _level(
     """The argument that places the source, and its value: theta', radians, on a sphere; r in the plane."""
     if source.plane is None:
         if orbit is not None:
-            raise BadInput("Argument --orbit must come with --plane.")
+            raise BadInput("Argument --orbit must be used with --plane.")
         if star_theta is None:
             raise BadInput("Argument --star-theta must be given.")
         return "star-theta", math.radians(star_theta)
     for name, value in (("--star-theta", star_theta), ("--film", film)):
         if value is not None:
-            raise BadInput(f"Argument {name} must not come with --plane.")
+            raise BadInput(f"Argument {name} must not be used with --plane.")
     if orbit is None:
         raise BadInput("Argument --orbit must be given with --plane.")
     return "orbit", orbit

@@ -38,7 +38,7 @@ def _unknown(error: cyclopts.CycloptsError, word: str, names: Iterable[str]) -> 
     option = word.partition("=")[0]
     end = near(option, names)
     if end == ".":
-        end = f"; {_command(error)} --help lists those there are."
+        end = f"; {_command(error)} --help lists all options."
     return f"Argument {option} is unknown{end}"
 
 
@@ -97,7 +97,7 @@ def _after_sign(error: cyclopts.CycloptsError, keyword: str | None) -> str:
 
 
 def _repeated(error: Any) -> str:
-    return f"Argument {error.token.keyword} must be given once alone."
+    return f"Argument {error.token.keyword} must be given only once."
 
 
 def _arguments(error: cyclopts.CycloptsError) -> Sequence[Any]:

@@ -26,7 +26,8 @@ def amplification_curve(ax: Axes, amplification: Amplification) -> Axes:
             colour, line = style.PALETTE[i], np.where(shown, size, np.nan)
             ax.plot(omega, line, color=colour, label=name, marker="" if len(omega) > 1 else "o")
             ax.fill_between(omega, np.maximum(line - error, 0), line + error, color=colour, **_BAND)
-    unit = " ($GM/c^2$)" if np.isinf(amplification.camera.radius) else ""
+    length = np.isinf(amplification.camera.radius) and not amplification.surface.finite
+    unit = " ($GM/c^2$)" if length else ""
     ax.set(xscale="log", xlabel=r"angular frequency $\omega M$", ylabel=rf"$|F|${unit}", ylim=(0, None))
     if ax.lines:
         ax.legend()

@@ -50,7 +50,7 @@ LESSONS = (
         ExplorerState(spin=0.0, velocity="fiducial", orders=2, theta=89.5, phi=180.0),
         "A hole without spin has a caustic that is one point: the place straight behind it. A star there is seen as a "
         "ring, the primary critical curve.",
-        "two bright images on the ring, opposite to each other. Move the star with the arrow keys round the place "
+        "two bright images on the ring, opposite each other. Move the star with the arrow keys round the place "
         "behind the hole: the images run round the ring.",
         (1, 1),
     ),
@@ -75,8 +75,9 @@ LESSONS = (
     Lesson(
         "Winding",
         ExplorerState(orders=3, theta=90.0, phi=72.0, chart="unwrapped"),
-        "Near a fast hole light circles before it leaves, and caustics are drawn out and wound up. The tertiary "
-        "caustic runs more than five times round the sky, and each time that it winds round the star adds one pair.",
+        "Near a rapidly spinning hole light circles before it leaves, and caustics are drawn out and wound up. The "
+        "tertiary caustic runs more than five times round the sky, and each time that it winds round the star adds one "
+        "pair.",
         "the stars on the unwrapped map: each copy of the star inside a caustic stands for one pair. Point at "
         "circuits in the table, and press show beside the caustic.",
         (1, 2, 8),
@@ -85,8 +86,8 @@ LESSONS = (
         "One orbit",
         ExplorerState(spin=0.5, orders=3, theta=86.0, phi=270.0),
         "While the camera goes once round the hole, a star passes through all longitudes, in and out of the caustics.",
-        "crosses on the camera sky where pairs are born and annihilated, after Play one orbit; below, two images "
-        "become very bright at each of these moments. Drag the moment to one of the lines.",
+        "crosses on the camera sky where pairs are born and annihilated, once you press Play one orbit; in the strip "
+        "below, two images become very bright at each of these moments. Drag the slider to one of the lines.",
         (1, 1, 1),
     ),
     Lesson(
@@ -101,10 +102,10 @@ LESSONS = (
     Lesson(
         "Waves",
         ExplorerState(spin=0.5, orders=3, theta=84.6, phi=323.0, frequency=3.0),
-        "Light is a wave, and its images interfere. The strip below shows how strong the star is seen at each "
-        "frequency: the images beat, the faster the later one arrives.",
-        "the band about the line: the error, which grows toward long waves, that know nothing of rays. Drag the star "
-        "over the caustic: its images flash there, the waves do not.",
+        "Light is a wave, and the images of a star interfere. The strip below shows how strong the star's waves are at "
+        "each frequency: the images beat, and the later one of them arrives, the faster they beat.",
+        "the band about the line: the error, which grows toward long waves, because rays do not describe them. Drag "
+        "the star over the caustic: its images flash there, the waves do not.",
         (1, 2, 2),
     ),
 )

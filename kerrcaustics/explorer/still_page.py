@@ -13,6 +13,7 @@ from kerrcaustics.explorer.page_data import Message, view_of
 from kerrcaustics.explorer.page_script import script
 from kerrcaustics.explorer.state import PAGE, ExplorerState
 from kerrcaustics.files import writing
+from kerrcaustics.results.progress import Progress, in_steps, with_progress
 
 CAMERAS = tuple(
     ExplorerState(spin=spin, radius=radius, theta=76.0, phi=330.0, orders=3 if spin == 0.5 else 2)
@@ -23,17 +24,24 @@ THETAS = (30.0, 60.0, 70.0, 76.0, 80.0, 84.0, 88.0, 90.0, 100.0, 120.0, 150.0)
 _MOMENTS = 240
 
 
+@with_progress
 def write_page(
     path: Path,
     cameras: Sequence[ExplorerState] = CAMERAS,
     thetas: Sequence[float] = THETAS,
     tour: Sequence[Lesson] = LESSONS,
+    *,
+    progress: Progress | bool | None = None,
 ) -> None:
     """Write the page of some cameras on circular orbits, stars at some heights (degrees), and a tour."""
+    views, orbits = [], []
+    for camera in in_steps("camera", cameras):
+        views.append(_text(view_of(camera)))
+        orbits.append([_text(orbit_of(replace(camera, theta=theta), _MOMENTS)) for theta in thetas])
     states = {
-        "views": [_text(view_of(camera)) for camera in cameras],
+        "views": views,
         "thetas": list(thetas),
-        "orbits": [[_text(orbit_of(replace(camera, theta=theta), _MOMENTS)) for theta in thetas] for camera in cameras],
+        "orbits": orbits,
         "presets": [{"name": f"a = {one.spin:g}, r = {one.radius:g}", "state": one.record()} for one in cameras],
         "lessons": [_star(lesson.state) for lesson in tour],
         "words": lessons(tour),

@@ -28,8 +28,8 @@ def kept_token(path: Path) -> str:
             file.write(f"{token}\n".encode())
         return token
     if os.stat(path).st_mode & _OTHERS:
-        raise ValueError(f"be readable by you alone, but others can use {path} (chmod 600 mends that)")
+        raise ValueError(f"be readable by you alone, but others can use {path} (chmod 600 fixes that)")
     token = read_text(path, _MOST).strip()
     if not _FORM.fullmatch(token):
-        raise ValueError(f"hold a token of 16 to 128 letters, digits, - or _, or not exist, but {path} is another file")
+        raise ValueError(f"hold a token of 16 to 128 letters, digits, - or _, or not exist, but {path} holds none")
     return token

@@ -35,7 +35,7 @@ class Work:
                 message = answer(*question)
             return message, message.encoded()
         except Exception as error:
-            line = f"This could not be found ({type(error).__name__}): move a slider a little."
+            line = f"This could not be computed ({type(error).__name__}): move a slider a little."
             message = refusal(line, number, want)
             return message, message.encoded()
 

@@ -83,7 +83,7 @@ class FilmResult(Shown):
         """A line with the frames that failed, and how to resume."""
         names = [failure.split(":")[0] for failure in self.failures[1:]]
         more = f" So did {', '.join(names[:_MOST_NAMED])}{', ...' if names[_MOST_NAMED:] else ''}." if names else ""
-        rest = f"The other {self.drawn + self.reused} are kept in {self.folder}; start again to go on."
+        rest = f"The other {self.drawn + self.reused} are kept in {self.folder}; start again to resume."
         return f"{self.failed} of {self.frames} frames failed: {self.failures[0]}.{more} {rest}"
 
 

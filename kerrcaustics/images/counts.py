@@ -281,7 +281,7 @@ def count_map(
 def _checked_radii(surface: End, camera: Viewer, radii: ArrayLike) -> Float[Array, " rows"]:
     """The radii of the circles of a map of the plane; ValueError unless they are valid."""
     if surface.coordinates[0].name != "radius":
-        raise ValueError(f"Argument `radii` must come with an EquatorialPlane as `end`, but that is {surface!r}.")
+        raise ValueError(f"Argument `radii` must be used with an EquatorialPlane as `end`, but that is {surface!r}.")
     horizon, radius = kerr.horizon(camera.spin), numbers("radii", radii)
     rising = radius.ndim == 1 and len(radius) > 0 and bool((np.diff(radius) > 0).all())
     if not (rising and horizon < radius[0] and radius[-1] < math.inf):

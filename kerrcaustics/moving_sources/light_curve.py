@@ -63,7 +63,7 @@ class SourceEvent(Shown):
     points="time flux error shares emission_time emission_time_error redshift sky sky_error centroid centroid_error",
 )
 class SourceLightCurve(TimeTable):
-    """The light of a source on an orbit, as a viewer receives it, with all of its images."""
+    """The light of a source on an orbit, as a viewer receives it: all of its images of index 0 to a highest one."""
 
     camera: Viewer = quantity("", "", "who receives it", json="", column="")
     orbit: str = quantity("", "", "the orbit, in words")
@@ -73,7 +73,7 @@ class SourceLightCurve(TimeTable):
         "time",
         "light",
         "flux of a source of luminosity 1 that shines equally in all directions in its own frame; for an Observer, "
-        "times the squared distance; NaN where unknown",
+        "times the squared distance; of the images up to max_index alone; NaN where unknown",
     )
     error: Array = quantity("time", "light", "estimated error of flux")
     index: Array = quantity("image", "1", "Morse index of each image; an image that exists for a while counts once")

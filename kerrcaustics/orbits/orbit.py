@@ -186,7 +186,7 @@ class Orbit:
 
         Errors
         ------
-        Of the ellipse none; it is no geodesic: a true orbit departs from it by a part 3 / r of a turn per radian.
+        Of the ellipse none. The pericentre of a true orbit advances, by 3 / (a (1 - e^2)) radians per radian.
 
         Examples
         --------

@@ -11,7 +11,7 @@ from zipfile import ZipFile
 
 import numpy as np
 
-from kerrcaustics.files import check_name, check_path, reading, writing
+from kerrcaustics.files import OTHER_FORMATS, check_name, check_path, reading, writing
 from kerrcaustics.results.archive import LARGEST_HEAD, check_room, read_array, read_head, stand_in
 from kerrcaustics.results.declared import LAYOUTS, stored
 from kerrcaustics.results.field_types import check_anew, check_fields
@@ -77,8 +77,8 @@ def save(path: str | os.PathLike[str], result: Any) -> None:
     Raises
     ------
     ValueError
-        If `result` is no result, if its fields are not as declared or hold more than a hundred thousand arrays, or if
-        the file cannot be written.
+        If `result` is no result, if its fields are not as declared or hold more than a hundred thousand arrays, if
+        `path` has the ending of another format, or if the file cannot be written.
 
     Examples
     --------
@@ -90,13 +90,18 @@ def save(path: str | os.PathLike[str], result: Any) -> None:
     """
     for part in result if isinstance(result, list | tuple) else [result]:
         check_result(part)
+    check_path(path)
+    if Path(path).suffix.lower() in OTHER_FORMATS:
+        raise ValueError(
+            f"Argument `path` must not end in {Path(path).suffix}, as this function writes NumPy files (.npz); results "
+            "have methods for other formats, such as `to_csv`, and there is `to_xarray`."
+        )
     arrays: dict[str, Any] = {}
     tree = _tree(result, arrays)
     _check_loadable(tree)
     head = np.array(json.dumps({"schema": SCHEMA, "result": tree}))
     if head.nbytes > LARGEST_HEAD:
         raise ValueError(f"Argument `result` must fit into one file, but has {len(arrays)} arrays: save it in parts.")
-    check_path(path)
     with writing(path) as file:
         np.savez_compressed(file, allow_pickle=False, head=head, **arrays)
 

@@ -35,20 +35,22 @@ METHODS = get_args(WaveMethod)
     rows="frequency real imaginary error method",
 )
 class Amplification(FrequencyTable):
-    """The field of a monochromatic source, divided by its field without the hole."""
+    """The field of a monochromatic source, in units of its modulus without the hole; the phase is the whole one."""
 
     camera: Viewer = quantity("", "", "who sees it", json="", column="")
     surface: End = quantity("", "", "where the source lies", json="", column="")
     source: tuple[float, float] = quantity("angle", "place", "theta', phi' of the source", given=True)
     max_index: int = quantity("", "1", "highest Morse index requested")
     frequency: Array = quantity("wave", "c^3/GM", "angular frequency at infinity, times the mass")
-    real: Array = quantity("wave", "1", "real part of the field; of an Observer at infinity in GM/c^2")
+    real: Array = quantity("wave", "1", "real part of the field; in GM/c^2 if viewer and source are at infinity")
     imaginary: Array = quantity("wave", "1", "imaginary part")
     error: Array = quantity("wave", "1", "estimated error of the field")
     method: Array = quantity("wave", "1", "method for the brightest part: images, fold, cusp, ring or line")
-    image_index: Array = quantity("image", "1", "Morse index n of each image that contributes")
+    image_index: Array = quantity(
+        "image", "1", "Morse index n of each image, to one beyond max_index: the last ones may count in the error alone"
+    )
     image_amplitude: Array = quantity(
-        "image", "1", "g sqrt(mu): the modulus of the image's wave; of an Observer at infinity in GM/c^2"
+        "image", "1", "g sqrt(mu): the modulus of the image's wave; in the unit of the field"
     )
     image_time: Array = quantity("image", "GM/c^3", TRAVEL_TIME)
     certified: bool = quantity("", "1", "True when no image is missing; on a caustic two of them are one")
@@ -108,8 +110,9 @@ def amplification(
     Returns
     -------
     Amplification
-        The field divided by that of the same source without the hole, which is thus 1; waves go as
-        exp(-i omega t), and times are those of `trace_rays`. For an Observer at infinity and the celestial sphere
+        The field in units of the modulus that it has without the hole; waves go as exp(-i omega t). The phase is the
+        whole one, omega T with the times T of `trace_rays`: multiply by exp(-i omega T_0) for the field relative to a
+        wave that takes the time T_0. For an Observer at infinity and the celestial sphere
         it is the scattering amplitude, a length: |f|^2 is the cross section per solid angle, without the incident wave.
         The strength of a source at a finite radius refers to coordinate time, and its field without the hole is that
         at the flat-space distance between the two places, computed from their coordinates: source and viewer may

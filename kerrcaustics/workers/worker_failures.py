@@ -25,7 +25,7 @@ class WorkersLost(RuntimeError):
     """A sweep or a film ended because its workers died or stayed away; its store is kept."""
 
     def __init__(self, why: str, task: str = "sweep") -> None:
-        super().__init__(f"{why}: the {task} ended. What its store holds is kept; start again to go on.")
+        super().__init__(f"{why}: the {task} ended. What its store holds is kept; start again to resume.")
 
 
 class WorkerFailures:

@@ -4,12 +4,12 @@ const FIRST_WAIT = 500;
 const LONGEST_WAIT = 10000;
 
 const START = `kerrcaustics explore --port ${location.port || 8765} --token-file FILE`;
-const LASTS = `For an address that lasts, start it with “${START}”.`;
+const LASTS = `For an address that stays the same, start it with “${START}”.`;
 // By the status of the server's reply; 0 without one.
 const CLOSED = {
   0: `No program answers at this address: it has ended, or cannot be reached. ${LASTS}`,
   403: `The token in this address is not that of the program that runs there: open the address that it printed. ${LASTS}`,
-  503: "The program serves as many pages as it can: close one of them.",
+  503: "The program already serves as many pages as it can: close one of them.",
 };
 
 class Connection {
@@ -52,13 +52,13 @@ class Connection {
     this.open();
   }
   async closed(reason) {
-    this.lose("The connection is lost.");
+    this.lose("The connection was lost.");
     this.timer = setTimeout(() => this.open(), this.wait);
     this.wait = Math.min(this.wait * 2, LONGEST_WAIT);
     this.lose(reason || CLOSED[await this.status()] || CLOSED[0]);
   }
   lose(line) {
-    if (this.socket.readyState !== WebSocket.OPEN) this.explorer.lose(`${line} The page goes on trying.`);
+    if (this.socket.readyState !== WebSocket.OPEN) this.explorer.lose(`${line} The page keeps trying.`);
   }
   async status() {
     try {

@@ -36,7 +36,7 @@ function stillChannel(states) {
     if (LAYERS[want]) {
       const isItself = (one) => one[want] && LAYERS[want].keyOf(one[want].state) === LAYERS[want].keyOf(state);
       const layer = lessons.find(isItself)?.[want];
-      const line = "This page has no program behind it: it shows the sizes and the waves of the tour's stars alone.";
+      const line = "This page works without a program: it shows sizes and waves only for the stars of the tour.";
       return layer ? { ...layer, id, want, state } : { kind: "refusal", id, want, line };
     }
     const lesson = lessonOf(state);

@@ -102,9 +102,13 @@ class Disk:
             check_number("outer", self.outer, "be a positive, finite radius", positive)
         else:
             check_rims(self.inner, self.outer)
-        if not (hasattr(self.emission, "light") and hasattr(self.emission, "parts")):
+        missing = [name for name in ("light", "parts") if not hasattr(self.emission, name)]
+        if missing:
             kinds = "BlackBody, PowerLaw, PageThorne, Swatches, Texture, Spots or Wisps"
-            raise ValueError(f"Argument `emission` must be a {kinds}, but is {quoted(self.emission)}.")
+            raise ValueError(
+                f"Argument `emission` must be a {kinds}, or have the methods `light` and `parts`, but is "
+                f"{quoted(self.emission)}, without {' and '.join(f'`{name}`' for name in missing)}."
+            )
         self._complete()
         if not callable(self.opacity):
             must = "be a number from 0 to 1, or a function"

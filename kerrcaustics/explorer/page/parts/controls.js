@@ -54,7 +54,7 @@ class Slider {
   constructor(name, { label, low, high, step, value, place, unit, stops }, changed) {
     Object.assign(this, { name, place, unit, changed, allowed: null });
     this.range = h("input", { type: "range", min: low, max: high, step, "aria-label": label });
-    const more = stops ? { readonly: true, title: `There are ${stops.join(", ")}${unit}` } : {};
+    const more = stops ? { readonly: true, title: `Available: ${stops.join(", ")}${unit}` } : {};
     this.number = h("input", { type: "number", step: "any", "aria-label": `${label}, number`, ...more });
     this.note = noteOf();
     const move = (want) => (e) => this.move(value(Number(this.range.value)), want, e);
@@ -152,8 +152,8 @@ class Controls {
       const { spin, radius, inclination, velocity, orders } = cameras[i];
       changed({ spin, radius, inclination, velocity, orders }, "full");
     });
-    const line = `This page has no program behind it: it shows ${cameras.length} cameras, and stars on ${thetas.length} `;
-    const more = "heights θ′. The command “kerrcaustics explore” shows all others.";
+    const line = `This page works without a program: it has ${cameras.length} cameras, and stars at ${thetas.length} `;
+    const more = "colatitudes θ′. The command “kerrcaustics explore” shows all others.";
     return h(
       "div",
       { class: "kc-offered" },
@@ -178,7 +178,9 @@ class Controls {
     if (this.offered) return;
     const isMoved = asked.radius !== state.radius;
     if (isMoved)
-      this.sliders.radius.say(`${asked.radius} is too near to the hole: ${state.radius} M at least for this spin.`);
+      this.sliders.radius.say(
+        `${asked.radius} M is too close to the hole: for this spin the radius must be at least ${state.radius} M.`,
+      );
     const isOther = asked.velocity !== state.velocity;
     this.choices.velocity.say(isOther ? `The velocity ${this.obstacles[asked.velocity]}` : "");
   }

@@ -51,8 +51,8 @@ function workLine(progress, seconds) {
   if (!progress) return `Computing … ${Math.floor(seconds)} s`;
   const line = `${capital(progress.stage)} … ${Math.floor(progress.seconds)} s`;
   if (!progress.compiling) return line;
-  const programs = progress.compiling === 1 ? "a program is" : `${progress.compiling} programs are`;
-  return `${line}. For the first use ${programs} being compiled: a minute or so, once on this computer.`;
+  const programs = progress.compiling === 1 ? "A program is" : `${progress.compiling} programs are`;
+  return `${line}. ${programs} being compiled for the first use: a minute or so, once on this computer.`;
 }
 
 const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);

@@ -34,7 +34,7 @@ function wavesWords(waves) {
   const { frequency, modulus, error, method, sum } = waves;
   const certificate = waves.certified ? "" : ` Not certified: ${waves.remarks.join(" ")}`;
   const field = `Its waves at ωM = ${short(frequency)}: |F| = ${short(modulus, 5)} ± ${short(error, 2)}`;
-  return [`${field} (${method}); without its phases the light of all images has ${short(sum, 4)}.${certificate}`];
+  return [`${field} (${method}); added without phases, all images would give ${short(sum, 4)}.${certificate}`];
 }
 
 const LAYERS = {

@@ -2,9 +2,9 @@
 
 const PRESET_TITLE = "Presets …";
 const HELP =
-  "Drag the star; drag or pinch elsewhere to move and zoom. Keys: arrows move the star (with Shift a tenth), [ and ] " +
-  "change the spin, space plays. Filled images have even parity. Errors are estimates, and counts are certified when " +
-  "the search and the winding of the caustics agree.";
+  "Drag the star; drag or pinch elsewhere to move and zoom. Keys: arrows move the star (with Shift, a tenth as far), " +
+  "[ and ] change the spin, space plays. Filled images have even parity. Errors are estimates, and counts are " +
+  "certified when the search and the winding of the caustics agree.";
 
 class Page {
   constructor(explorer) {

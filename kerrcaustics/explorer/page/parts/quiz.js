@@ -81,7 +81,7 @@ class Quiz {
     Object.assign(this, { hidden: answer, asks: true, tries: 0 });
     const { orders } = answer.state;
     const indices = orders > 1 ? `index 0 to ${orders - 1}` : "index 0";
-    this.question.replaceChildren("How many images of ", term("Morse index", indices), " has this star?");
+    this.question.replaceChildren("How many images of ", term("Morse index", indices), " does this star have?");
     this.allow(true);
     // A keyboard on the screen would hide the star.
     if (matchMedia("(pointer: fine)").matches) this.guess.focus({ preventScroll: true });
@@ -115,6 +115,6 @@ class Quiz {
     if (!this.open || !this.hides || this.chooses) return;
     this.hidden = null;
     this.reveal();
-    this.question.textContent = "Star or camera were moved.";
+    this.question.textContent = "The star or the camera was moved.";
   }
 }

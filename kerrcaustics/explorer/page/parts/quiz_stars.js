@@ -30,10 +30,10 @@ function pairsOf(counts) {
 function reasonOf(counts) {
   const line = (number, i) => {
     const pairs = number === 1 ? "one pair" : `${number} pairs`;
-    const here = i + 1 < counts.length ? "" : ", of which index " + (i + 1) + " is not searched";
+    const here = i + 1 < counts.length ? "" : ", of which index " + (i + 1) + " is not counted";
     return `The ${NAMES[i + 1]} caustic winds round this star and adds ${pairs} of index ${i} and ${i + 1}${here}.`;
   };
   const lines = pairsOf(counts).map((number, i) => (number > 0 ? line(number, i) : ""));
   const words = lines.filter(Boolean).join(" ");
-  return words || "The star is outside of all these caustics: one image of each index.";
+  return words || "The star is outside all these caustics: it has one image of each index.";
 }

@@ -47,7 +47,7 @@ function starAt(theta, phi) {
 
 // Why a number that is typed cannot be; no text if it can.
 function complaintAbout(value, [low, high], unit = "") {
-  if (!Number.isFinite(value)) return `A number from ${low} to ${high}${unit}.`;
+  if (!Number.isFinite(value)) return `Enter a number from ${low} to ${high}${unit}.`;
   if (value >= low && value <= high) return "";
-  return `${value} is not allowed: from ${low} to ${high}${unit}.`;
+  return `${value} is not allowed: enter a number from ${low} to ${high}${unit}.`;
 }

@@ -42,7 +42,7 @@ class Status {
     const { silence } = questions;
     const isSilent = silence > SILENCE;
     if (isSilent)
-      this.lost = `The program has not answered for ${Math.floor(silence / 1000)} s: it is stopped, or very busy.`;
+      this.lost = `The program has not answered for ${Math.floor(silence / 1000)} s: it has stopped, or is very busy.`;
     else if (this.silent) this.lost = "";
     this.silent = isSilent;
     if (silence > RENEWAL) channel.renew?.();
