@@ -1,4 +1,4 @@
-"""The command `magnification`: a source of finite size, as it is result."""
+"""The command `magnification`: a source of finite size, as it is seen."""
 
 import math
 import time

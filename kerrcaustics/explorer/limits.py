@@ -52,7 +52,7 @@ def nearest(state: ExplorerState) -> ExplorerState:
 
 
 def _obstacle(state: ExplorerState, velocity: str) -> str:
-    """Why a camera cannot have a velocity, after "it"; no text if it can."""
+    """The reason why a camera cannot have a velocity, after "it"; no text if it can."""
     try:
         replace(state, velocity=velocity).camera()
     except ValueError as error:

@@ -51,7 +51,7 @@ class Message:
     arrays: dict[str, Array]
 
     def encoded(self) -> bytes:
-        """As bytes: "KCX1", the length of the JSON, the JSON, zeros up to a multiple of 4, the arrays one by one.
+        """The message: "KCX1", the length of the JSON, the JSON, zeros up to a multiple of 4, the arrays one by one.
 
         The JSON has under "arrays" the name, place (bytes after the JSON and its zeros), type and shape of each.
         """

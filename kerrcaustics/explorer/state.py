@@ -62,7 +62,7 @@ class ExplorerState:
 
     @classmethod
     def read(cls, values: Mapping[str, Any]) -> Self:
-        """As `of`, but the camera may be one that there is not: see `nearest` in `limits.py`."""
+        """The state, as by `of`, but the camera may be an impossible one: see `nearest` in `limits.py`."""
         names = sorted(f.name for f in fields(cls))
         for name in values:
             if name not in names:

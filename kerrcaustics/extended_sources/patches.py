@@ -72,7 +72,7 @@ class Disc:
 
     @property
     def area(self) -> float:
-        """Its area: a solid angle about the centre of its sphere; in the plane of r dr dphi."""
+        """The area: a solid angle about the centre of its sphere; in the plane of r dr dphi."""
         return math.pi * self.size**2 if len(self.centre) == 2 else 4 * math.pi * math.sin(self.size / 2) ** 2
 
 

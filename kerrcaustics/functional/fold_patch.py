@@ -135,7 +135,7 @@ class Fold(NamedTuple):
 
     @property
     def sky(self) -> Vector:
-        """Its direction N."""
+        """The direction N on the camera sky."""
         return self.place.sky(self.at)
 
 

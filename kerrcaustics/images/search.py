@@ -63,7 +63,7 @@ class SkyImages(Rows):
         return replace(self, star=names[self.star])
 
     def merged(self, more: "SkyImages") -> "SkyImages":
-        """These and more, each image once."""
+        """Both sets of images, each image once."""
         return _distinct(SkyImages.joined(self, more))
 
     def counts(self, shape: tuple[int, ...]) -> Int[Array, "stars indices"]:

@@ -52,7 +52,7 @@ class BodyMotion(Protocol):
         ...
 
     def at(self, time: Float[Array, " n"]) -> BodyPlaces:
-        """Its places at times within the span."""
+        """The places at times within the span."""
         ...
 
 

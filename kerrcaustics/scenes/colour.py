@@ -170,7 +170,7 @@ def black_body(
 
 
 def _black_body(kelvin: ArrayLike, white: float = DAYLIGHT, response: ResponseLike = "cie") -> Float[Array, "*batch 3"]:
-    """As `black_body`, of temperatures that may be NaN."""
+    """The light of `black_body`, of temperatures that may be NaN."""
     channels, white_channels = (_interpolated(np.asarray(value, float), response) for value in (kelvin, white))
     return np.exp(channels - white_channels)
 
@@ -272,7 +272,7 @@ def shift_of(spectrum: ArrayLike | None) -> Shift:
 def _shifted(
     light: Callable[[Reals], Array], redshift: Reals, beaming: bool, colour_shift: bool
 ) -> Float[Array, "*batch 3"]:
-    """Factors of light whose channels are `light` with frequency ratios."""
+    """Factors of light; light: its channels for a frequency ratio."""
     if not colour_shift:
         return shifted_light(redshift, beaming, False)
     return _factor(light(np.ones(())), light(np.asarray(redshift)), beaming)

@@ -133,7 +133,7 @@ class ShutterWeight(NamedTuple):
         return ShutterParts((mean - centre) / whole, sums[0] / self._whole / length, spread)
 
     def divided(self, count: int) -> ShutterParts:
-        """So many parts of equal length, in order of time."""
+        """Parts of equal length, in order of time."""
         return self.over((np.arange(count) + 0.5) / count - 0.5, 1 / count)
 
     def part(self, low: float, high: float) -> "ShutterWeight":

@@ -261,7 +261,7 @@ class Swatches:
         return light * shifted_light(samples.redshift, beaming, colour_shift) if beaming or colour_shift else light
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
-        """Many where an edge may be in sight: not in a swatch, nor between two rows, where nothing moves."""
+        """A large number where an edge may be in sight: not in a swatch, nor between two rows, where nothing moves."""
         painted, bare, coarse = (np.full(len(low), value) for value in (True, False, False))
         for axis, period in ((0, 1 / self.rows), (1, 2 * math.pi / self.columns)):
             # From the beginning of the paint.
@@ -376,7 +376,7 @@ class Texture:
         return values
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
-        """So many that a part is as large as a pixel of the picture, to a limit."""
+        """The number for which a part is as large as a pixel of the picture, to a limit."""
         texels = np.maximum(size[:, 0] * self.shape[0], size[:, 1] * self.shape[1] / (2 * math.pi))
         return np.clip(2 ** np.ceil(np.log2(np.maximum(3 * texels, 1))), 4, 2 * _PARTS).astype(int)
 

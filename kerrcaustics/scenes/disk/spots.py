@@ -116,7 +116,7 @@ class Spots:
             object.__setattr__(self, name, values[order])
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
-        """So many that a part is as small as a spot, to a limit."""
+        """The number for which a part is as small as a spot, to a limit."""
         length = np.maximum(size[:, 0] * float(np.ptp(self.radius) + 1), size[:, 1] * self.radius[-1])
         ratio = np.maximum(length / (_FINE * self.size), 1)
         return np.clip(2 ** np.ceil(np.log2(ratio)), 1, _MOST_PARTS).astype(int)

@@ -31,7 +31,7 @@ class TurnedEmission:
         return self.emission.light(samples._replace(azimuth=samples.azimuth - self.angle), beaming, colour_shift)
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
-        """As many as the pattern itself needs."""
+        """The number that the pattern itself needs."""
         back = np.array([0.0, self.angle])
         return self.emission.parts(low - back, high - back, size)
 
