@@ -4,7 +4,7 @@
 
 1. Does the order-1 track of a star cross the tertiary critical curve? 2. Does every crossing of a caustic from outside
 to inside create a pair? 3. Where do the original images of order eps end up? 4. How many images lie between critical
-curves near the flat edge of the shadow? 5. Does the camera's velocity change more than aberration does? The numbers
+curves near the flat edge of the shadow? 5. Does the camera's velocity change anything beyond aberration? The numbers
 come from crossings.py, pairs.py, counts.py, velocity.py. In the picture, left: polar phase of the
 rays of each critical curve, whose whole numbers are crossings of the equatorial plane; right: images of index 2 of a
 star on the celestial equator, white where not every image was found. Writes open_questions.json, .png and .md.
