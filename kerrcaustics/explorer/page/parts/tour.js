@@ -12,7 +12,7 @@ class Tour {
     const head = h("header", {}, this.place, this.title, h("div", { class: "kc-tools" }, this.back, this.next, close));
     const parts = [head, this.idea, this.look, this.count];
     this.element = h("section", { class: "kc-lesson", "aria-label": "Tour", tabindex: "-1", hidden: true }, ...parts);
-    this.button = button("Tour", "A tour of six steps", () => this.toggle(), { hidden: true, "aria-pressed": "false" });
+    this.button = button("Tour", "A tour", () => this.toggle(), { hidden: true, "aria-pressed": "false" });
   }
   learn(lessons) {
     this.lessons = lessons;
