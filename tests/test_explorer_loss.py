@@ -128,7 +128,7 @@ def test_cameras_that_cannot_be_are_moved_and_it_is_said(page, address):
     settled(page)
     assert page.evaluate("[explorer.state().radius, explorer.freshness().images]") == [2.02, "current"]
     notes = page.locator(".kc-note:visible").all_text_contents()
-    assert "2.02 M at least" in notes[0] and "must not be circular" in notes[1]
+    assert "at least 2.02 M" in notes[0] and "must not be circular" in notes[1]
     typed(page, "Radius r (M)", "6")
     settled(page)
     assert page.evaluate("explorer.state().velocity") == "circular"
