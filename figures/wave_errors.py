@@ -6,8 +6,8 @@ The reported error of `kc.amplification` (lines) and the true one (dots), as a f
 field is less than 1, for a hole without spin: partial waves, which share nothing with rays, give the truth. (a) A
 source at 1.8 rad from the direction opposite to the viewer, where its images are far apart; (b) one beside the axis, at
 0.05 rad, where they form a ring. The viewers are 3 M (next to the photon orbits), 10 M and 20 M from the hole. Below
-the frequency of the dashed line, waves are longer than the hole, and errors exceed tens of percent; below 0.05 the
-program refuses to compute them.
+the frequency of the dashed line, waves are longer than the hole, and errors grow to tens of per cent and more; below
+0.05 the program refuses to compute them.
 
 The paper has no such figure. Scalar waves, images of index 0 to 4.
 """
@@ -19,6 +19,7 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
@@ -40,6 +41,8 @@ def main(output: Path) -> list[Path]:
             ax.set(xscale="log", yscale="log", xlabel=r"$\omega M$", title=f"({letter}) {angle:g} rad from the axis")
         axes[0].set_ylabel("error, as a fraction of the field")
         axes[0].legend()
+        marks = [Line2D([], [], color="0.3"), Line2D([], [], color="0.3", marker=".", linestyle="")]
+        axes[1].legend(marks, ["reported", "true"])
     return write_line_art(figure, output, "wave_errors")
 
 
