@@ -116,7 +116,7 @@ TERMS = {
     "camera sky": "The sphere of all directions in which a camera can look.",
     "caustic": "The line on the celestial sphere that is seen along a critical curve: where the sheet of directions "
     "is folded. A star that crosses it gains or loses two images.",
-    "celestial sphere": "The sphere of all directions far from the hole, where stars are.",
+    "celestial sphere": "The sphere of all directions far from the hole, where the stars are.",
     "certified": "Said of images: the number found equals the number given by an independent count.",
     "circuits": "The number of times a caustic runs round the celestial sphere.",
     "critical curve": "The line on the camera sky along which beams are squeezed to a line. Pairs of images are born "
@@ -132,16 +132,17 @@ TERMS = {
     "hole. It sorts images.",
     "order": "Of a critical curve or caustic: 1 is primary, the outermost; 2 secondary; 3 tertiary; and so on, ever "
     "closer to the shadow.",
-    "parity": "+1 for an image like the star, −1 for a mirror image. The two images of a pair have opposite parities.",
+    "parity": "+1 for an image the same way round as the star, −1 for a mirror image. The two images of a pair have "
+    "opposite parities.",
     "radius": "The distance from the hole, in units of its mass. For a hole without spin, it is the circumference of a "
     "circle there divided by 2π.",
     "redshift": "The frequency seen by the camera divided by that of the source: below 1 redder, above 1 bluer.",
     "shadow": "The directions from which no light comes: rays there, followed backward, fall into the hole.",
-    "spin": "A hole has a mass, in which all lengths and times are measured, and a spin from 0 to just below 1, with "
-    "which it drags space round.",
+    "spin": "A hole has a mass, in units of which all lengths and times are measured, and a spin from 0 to just "
+    "below 1, with which it drags space round.",
     "track": "The path of an image across the camera sky while the camera goes round the hole.",
-    "velocity": "Of a camera: circular, on a free circular orbit on the equator; fiducial, at rest as far as the "
-    "spinning space allows; static, at rest relative to the stars.",
+    "velocity": "Of a camera: circular, on a free circular orbit in the equatorial plane; fiducial, at rest as far as "
+    "the spinning space allows; static, at rest relative to the stars.",
     "winding": "The number of times a caustic runs round a star. It gives the number of a star's images without a "
     "search.",
 }
