@@ -279,7 +279,7 @@ class Search:
         return np.where(np.isfinite(step), step, 0.0), difference
 
     def labels_hold(self, curves: dict[int, Points]) -> dict[int, bool]:
-        """By order, whether the index is order - 1 on the outer side of every point, and order on the inner side."""
+        """True for each order whose index is order - 1 on the outer side of all points, and order on the inner side."""
         if not curves:
             return {}
         order = np.concatenate([np.full(len(points), k) for k, points in curves.items()])

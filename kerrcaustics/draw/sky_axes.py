@@ -148,7 +148,7 @@ def _draw_at_turns(ax: Axes, caustic: Caustic, left: float, right: float) -> Non
 
 
 def _turns(phi: Float[Array, " n"], nearest: float, left: float, right: float) -> list[float]:
-    """By how many degrees a line is moved to be seen between two azimuths: the nearest turn alone if that is whole."""
+    """Degrees by which a line is moved to be seen between two azimuths: the nearest turn alone if that is whole."""
     if left <= phi.min() + nearest and phi.max() + nearest <= right:
         return [nearest]
     first, last = math.ceil((left - phi.max()) / 360), math.floor((right - phi.min()) / 360)

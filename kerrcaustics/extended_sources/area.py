@@ -188,7 +188,7 @@ def _on_curve(coefficients: Complex[Array, "steps nodes"], at: Float[Array, " st
 
 
 def turns_about(place: Float[Array, " axes"], points: Float[Array, "arcs nodes axes"]) -> Float[Array, " arcs"]:
-    """By how many turns the azimuth about a place grows along arcs."""
+    """Turns by which the azimuth about a place grows along arcs."""
     if len(place) == 3:
         first, second = (axis[0] for axis in tangent_basis(place[None]))
         away = points @ first + 1j * (points @ second)

@@ -65,7 +65,7 @@ def _closed(points: Points) -> Points:
 
 
 def _parts(closed: Points, circle: Circle) -> Array:
-    """Into how many parts each step should be divided."""
+    """The number of parts into which each step should be divided."""
     height = np.abs(circle.height(closed.direction))
     step = lengths(np.diff(closed.direction, axis=0))
     away = np.minimum(height[1:], height[:-1])

@@ -54,11 +54,11 @@ class SearchSky:
         return as_seen(self.viewer.directions(place), self.viewer.frame(), self.search_camera.frame())
 
     def still_lengths(self, sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
-        """By how much a radian on the search sky is longer for a viewer at rest."""
+        """The factor by which a radian on the search sky is longer for a viewer at rest."""
         return np.ones(len(sky))
 
     def stretch(self, place: Float[Array, "n axes"]) -> Float[Array, " n"]:
-        """By how much aberration makes lengths longer at places on the viewer's sky."""
+        """The factor by which aberration makes lengths longer at places on the viewer's sky."""
         return np.ones(len(place))
 
     def rounding(self, place: Float[Array, "n axes"]) -> Float[Array, " n"] | float:
@@ -70,7 +70,7 @@ class SearchSky:
         raise NotImplementedError
 
     def lengths(self, sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
-        """By how much a radian on the search sky is longer for the viewer, with aberration; in M on a screen."""
+        """Lengths of a radian on the search sky for the viewer, with aberration; in M on a screen."""
         return self.still_lengths(sky) * self.stretch(self.shown(sky))
 
     def errors(self, sky: Float[Array, "n 3"], error: Float[Array, " n"]) -> Float[Array, " n"]:

@@ -224,7 +224,7 @@ class Arrivals:
 
     @cached_property
     def miss(self) -> Float[Array, "n 2"]:
-        """By how much the ray passes the source, across the ray and over the radius."""
+        """The distance by which the ray misses the source, across the ray and over the radius."""
         return self._on_plane(self.offset)
 
     @cached_property

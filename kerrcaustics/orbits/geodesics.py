@@ -268,7 +268,7 @@ def _azimuth(state: Float[Array, "10"]) -> float:
 
 
 def _advance(constants: FallConstants, before: Float[Array, "10"], after: Float[Array, "10"]) -> float:
-    """By how much the azimuth of m grew on less than one turn, whose sense is that of L_z."""
+    """The growth of the azimuth of m on less than one turn, whose sense is that of L_z."""
     sense = -1 if constants.momentum * (after[8] - before[8]) < 0 else 1
     grown = sense * (_azimuth(after) - _azimuth(before))
     return sense * ((grown + _STILL) % (2 * math.pi) - _STILL)

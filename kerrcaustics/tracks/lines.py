@@ -56,7 +56,7 @@ class _SkyLine:
     """A part of a great circle on the sky at rest, with places 0 to 1 along it."""
 
     def __init__(self, sheets: Sheets, images: CircleImages, line: float | ArrayLike) -> None:
-        """From what the user gave."""
+        """The line that the argument `line` of a user gives."""
         self._sheets = sheets
         given = numbers("line", line)
         axes = 3 if images.camera.sky_unit == "rad" else 2

@@ -98,7 +98,7 @@ def _points(lens_map: LensMap, arcs: Arcs, spot: Spot, edge_phase: Float[Array, 
 
 
 def _parts(image: OrbitImage, orbital: float) -> Int[Array, " points"]:
-    """Into how many parts the ways from each point to the next must be divided."""
+    """The number of parts into which the ways from each point to the next must be divided."""
     phase = image.azimuth + orbital * image.late
     change = np.diff(phase, append=phase[0])
     change -= 2 * math.pi * np.round(change / (2 * math.pi))

@@ -213,7 +213,7 @@ class _BesideCurve:
 
     @property
     def _bent(self) -> float:
-        """By how much the error of two images as a sum is larger than on a ring about an axis.
+        """The factor by which the error of two images as a sum is larger than on a ring about an axis.
 
         With the phase d cos(psi) + c cos(2 psi) / 4 round the ring, c the size of the astroid and d the distance of the
         star, the next term of stationary phase is at most so much larger.
@@ -226,7 +226,7 @@ class _BesideCurve:
 
     @property
     def _off_axis(self) -> float:
-        """By how much the error of a ring is larger than on the axis."""
+        """The factor by which the error of a ring is larger than on the axis."""
         if self.caustic is None:
             return 1.0
         away = float(lengths(self.caustic.direction - self.star).max())

@@ -255,7 +255,7 @@ def _lost(before: Corners, key: Int[Array, " n"]) -> Corners:
 
 
 def _range(corners: Corners, number: Array, pixels: float) -> tuple[Float[Array, "cells 2"], Float[Array, "cells 2"]]:
-    """Between which values 1 / r and phi lie in cells, from those corners that cross: each speaks for its quarter."""
+    """Limits of 1 / r and phi in cells, from those corners that cross: each speaks for its quarter."""
     place = _aligned(corners.place[number])
     reach = np.abs(corners.slope[number]).sum(axis=-1) * (pixels / 2)
     crosses = (corners.side[number] == 0)[..., None]

@@ -144,7 +144,7 @@ def _of_pixels(disk: Disk, cells: DiskCells, which: Int[Array, " n"], pixels: in
 
 
 def _between_rims(disk: Disk, low: Array, high: Array) -> tuple[Float[Array, "n 2"], Float[Array, "n 2"]]:
-    """Between which across and azimuth lie, of 1 / r and azimuth: what reaches beyond a rim is none of the disk."""
+    """Limits of across and azimuth, of 1 / r and azimuth: what reaches beyond a rim is none of the disk."""
     far, near = np.clip(low[:, 0], 1 / disk.outer, None), np.clip(high[:, 0], None, 1 / disk.inner)
     across = [(1 / np.maximum(part, 1e-12) - disk.inner) / (disk.outer - disk.inner) for part in (near, far)]
     return np.stack([across[0], low[:, 1]], axis=-1), np.stack([across[1], high[:, 1]], axis=-1)

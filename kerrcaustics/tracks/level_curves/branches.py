@@ -304,7 +304,7 @@ class Branches:
         return divided, pieces
 
     def _parts(self, moving: Frame, allowed: float) -> Int[Array, " links"]:
-        """Into how many parts each link should be divided."""
+        """The number of parts into which each link should be divided."""
         links, nodes = self.links, self.nodes
         sky = as_seen(nodes.sky, self.sheets.frame, moving)
         turn = np.abs(links.longitude(links.p_1) - links.longitude(links.p_0))

@@ -305,7 +305,7 @@ def _boundaries(
 
 
 def _sides(order: Int[Array, " pairs"], change: Int[Array, " indices"]) -> tuple[Int[Array, " pairs"], bool]:
-    """On which side each of several simultaneous pairs lies, from the change of the counts toward larger longitude."""
+    """The side of each of several simultaneous pairs, from the change of the counts toward larger longitude."""
     pairs = np.zeros((len(order), len(change) + 1), int)
     pairs[np.arange(len(order)), order - 1] = 1
     pairs[np.arange(len(order)), order] = 1
