@@ -4,18 +4,18 @@ import gc
 import sys
 from dataclasses import replace
 
+import jaxtyping
 import psutil
 import pytest
 from command_line import run
-from jaxtyping import install_import_hook
 
 from kerrcaustics import scripts
 
-# All but what a caller meets: modules that refuse what is wrong themselves, in words, and results.
-SPACETIME = ("cubic", "elliptic", "kerr", "polar", "radial", "sphere")
+# All but what a caller meets: modules that refuse what is wrong themselves, in words, and results; and but cubic,
+# batches and ray_end, whose functions a search calls ten thousands of times.
+SPACETIME = ("elliptic", "kerr", "polar", "radial", "sphere")
 ASTRONOMY = ("plate_carree",)
 BEAMS = (
-    "batches",
     "dispatch",
     "closed_form",
     "emitters",
@@ -23,7 +23,6 @@ BEAMS = (
     "geometry",
     "integrator",
     "compile_cache",
-    "ray_end",
     "warm_up",
 )
 LENS_MAP = ("newton", "sky_chart", "sky_lines")
@@ -55,7 +54,7 @@ CHECKED = ["kerrcaustics.draw", *(f"kerrcaustics.{room}.{name}" for room, names 
 def pytest_configure(config):
     """Before the package is imported; benchmarks time it as users have it."""
     if not config.getoption("benchmark_only", default=False):
-        install_import_hook(CHECKED, "typed.checked")
+        jaxtyping.install_import_hook(CHECKED, "typed.checked")
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -67,6 +66,12 @@ def memory_given_back():
             # What JAX keeps of functions that it has traced, 13 MB of each program that was compiled.
             sys.modules["jax"].clear_caches()
         give_back()
+
+
+@pytest.fixture(autouse=True)
+def types_checked(request):
+    """In the fast tests: the slow ones would take twice as long."""
+    jaxtyping.config.update("jaxtyping_disable", request.node.get_closest_marker("slow") is not None)
 
 
 @pytest.fixture(autouse=True)
