@@ -16,8 +16,8 @@ from scipy.integrate import solve_ivp
 Places = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 """(r, theta, phi) of the ball at coordinate times."""
 _MOMENTS = 60
-_ACCURACY = {"method": "DOP853", "rtol": 1e-10, "atol": 1e-10}
-_CELLS = (20, 64)
+_ACCURACY = {"method": "DOP853", "rtol": 1e-8, "atol": 1e-8}
+_CELLS = (20, 48)
 
 
 def ball_light(event: Event, places: Places, size: float, arrival: float, image: tuple[np.ndarray, float]) -> float:

@@ -334,12 +334,17 @@ def refused_argument(error: ValueError) -> str:
     return named[1]
 
 
+@cache
+def answer_of(cell: Cell) -> Any:
+    return CALLS[cell.analysis](cell)
+
+
 def gap_of(cell: Cell) -> str | None:
     """The gap of a cell; None for an answer of the right class with all fields."""
     if cell.surface != "sky" and cell.analysis not in OF_MATTER and not takes_end(cell.analysis):
         return "no `end`"
     try:
-        answer = CALLS[cell.analysis](cell)
+        answer = answer_of(cell)
     except ValueError as error:
         return f"refuses `{refused_argument(error)}`"
     parts = answer if type(answer) is tuple else (answer,)

@@ -53,8 +53,8 @@ def test_images_of_a_few_stars_stay():
 
 
 @pytest.mark.slow
-def test_images_of_two_hundred_stars_stay(tmp_path):
-    stars = stars_of(8, 200)
+def test_images_of_many_stars_stay(tmp_path):
+    stars = stars_of(8, 60)
     np.save(tmp_path / "stars.npy", stars)
     script = (
         "import sys, numpy as np\n"
@@ -65,6 +65,6 @@ def test_images_of_two_hundred_stars_stay(tmp_path):
     subprocess.run([sys.executable, "-c", script, *map(str, places)], check=True, cwd="tests")
     with np.load(places[1]) as stored:
         first = [stored[f"arr_{i}"] for i in range(len(stars))]
-    after_others_in_any_order_and_from_threads(stars, first, 1000)
+    after_others_in_any_order_and_from_threads(stars, first, 300)
     together = kc.image_counts(CAMERA, stars, 2)
     assert all(np.array_equal(a[-6:-3], b) for a, b in zip(first, together.expected, strict=True))

@@ -1,6 +1,5 @@
 """Results that claim to be complete: all say whether that is certified, and what is in doubt."""
 
-import numpy as np
 import parity
 import pytest
 from made_results import KINDS, example
@@ -39,17 +38,6 @@ CLAIMS = {
 }
 """What a result claims, by class."""
 
-CLAIMING = ("caustics", "star_images", "image_counts", "count_map", "pair_events", "star_tracks", "circle_images")
-# Of the fast tests.
-QUICK = ("star_images", "image_counts", "pair_events")
-CELLS = [
-    pytest.param(
-        cell, id=str(cell), marks=[] if cell[1:] == ("sky", "near") and cell.analysis in QUICK else pytest.mark.slow
-    )
-    for cell in parity.cells()
-    if cell.analysis in CLAIMING and not parity.refusal_of(cell)
-]
-
 
 @pytest.mark.parametrize("kind", CLAIMS, ids=lambda kind: kind.__name__)
 def test_what_claims_completeness_has_a_certificate_and_remarks(kind):
@@ -66,23 +54,6 @@ def test_what_claims_completeness_has_a_certificate_and_remarks(kind):
 def test_nothing_else_has_a_certificate():
     certain = {kind for kind in KINDS if "certified" in quantities(kind) or hasattr(kind, "certified")}
     assert certain == {*CLAIMS}
-
-
-@pytest.mark.parametrize("cell", CELLS)
-def test_what_is_not_certified_has_a_reason(cell):
-    answer = parity.CALLS[cell.analysis](cell)
-    for part in [answer, *(answer if isinstance(answer, CausticSet) else ())]:
-        sure = bool(np.all(part.certified))
-        assert sure or part.remarks
-        if cell.analysis in ("pair_events", "star_tracks", "circle_images"):
-            assert sure == (not part.remarks)
-    if cell.analysis in ("star_images", "image_counts"):
-        # The source of the table is no hard one.
-        assert np.all(answer.certified)
-    if cell.analysis == "caustics":
-        # Far away the primary caustic is hardly larger than its error: its cusps cannot be counted.
-        unsure = [curve.order for curve in answer if curve.kind == "unresolved"]
-        assert answer.certified == (not unsure) and unsure == [1] * (cell[1:] in (("sky", "far"), ("beyond", "far")))
 
 
 def test_an_order_that_is_lost_is_no_certificate():

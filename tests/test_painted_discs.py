@@ -24,26 +24,21 @@ ON_SPHERES = [
     (NEAR, (1.4, 1.3), 0.3, 8.0, 2),
     # The direction to the hole lies within its image, next to its centre.
     (NEAR, (1.2, 0.05), 0.2, 8.0, 2),
-    (NEAR, (1.4, 2.9), 0.9, 12.0, 0),
     (FAR, (1.5, 3.1), 0.2, 10.0, 1),
-    (FAR, (1.7, 1.2), 0.4, 6.0, 1),
     (FARTHEST, (1.8, 3.1), 0.3, 20.0, 1),
     (MOVING, (2.0, 3.0), 0.3, 7.0, 2),
     (EQUATORIAL, (1.57, 3.0), 0.3, 4.5, 1),
     (INFINITE, (1.9, 3.2), 0.3, 10.0, 2),
-    (INFINITE, (1.2, 1.5), 0.3, 8.0, 1),
     # Within all photon orbits.
     (INFINITE, (1.1, 0.1), 0.3, 1.5, 0),
 ]
 IN_PLANE = [
-    (NEAR, (8.0, 0.4), 0.5, 1, 2),
     (NEAR, (7.0, 3.0), 1.0, 2, 2),
     (NEAR, (5.0, 2.9), 0.5, 3, 2),
     # On the caustic of order 2.
     (NEAR, (6.3013, -7.6124), 0.3, 2, 2),
     (FAR, (6.0, 3.1), 2.0, 1, 2),
     (MOVING, (4.0, 3.3), 1.0, 2, 2),
-    (INFINITE, (8.0, 3.1), 1.0, 1, 2),
     (INFINITE, (6.0, 3.1), 0.5, 2, 1),
 ]
 
@@ -90,7 +85,7 @@ def test_small_disc_is_as_bright_as_a_point(viewer, place, end):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("place", [(1.4, 2.9), (1.4, 1.3), (1.2, 0.1)])
+@pytest.mark.parametrize("place", [(1.4, 2.9), (1.2, 0.1)])
 def test_disc_and_the_rest_fill_the_sphere(place):
     """All images of a sphere have one area, however it is cut into two discs."""
     theta, phi = place
