@@ -211,23 +211,13 @@ def random_ends(camera: kc.Camera, rng: np.random.Generator) -> list:
 
 @pytest.mark.slow
 def test_honest_on_random_cameras():
-    rng = np.random.default_rng(1916)
+    rng = np.random.default_rng(1919)
     seen = 0
-    for _ in range(5):
+    for _ in range(16):
         camera = random_camera(rng)
         sky = random_sky(camera, 200, rng)
         seen += sum(assert_honest(camera, sky, end) for end in random_ends(camera, rng))
-    assert seen > 1500
-
-
-@pytest.mark.slow
-def test_honest_on_many_random_cameras():
-    rng = np.random.default_rng(1919)
-    for _ in range(60):
-        camera = random_camera(rng)
-        sky = random_sky(camera, 256, rng)
-        for end in random_ends(camera, rng):
-            assert_honest(camera, sky, end)
+    assert seen > 5000
 
 
 def test_statuses_and_what_was_not_asked_for():

@@ -17,7 +17,7 @@ from kerrcaustics.explorer.state import ExplorerState
 
 pytestmark = pytest.mark.slow
 
-CLIENTS, SECONDS = 20, float(os.environ.get("EXPLORER_LOAD_SECONDS", 120))
+CLIENTS, SECONDS = 20, float(os.environ.get("EXPLORER_LOAD_SECONDS", 60))
 EVENTS = [ExplorerState(spin=spin, orders=2, theta=75.0) for spin in (0.5, 0.9, 0.97, 0.999)]
 GARBAGE = ["", "{", "[1]", "x" * 100_000, b"\x00" * 1000, '{"id": 1, "want": "full", "state": {"spin": NaN}}']
 GARBAGE += ['{"id": 1, "want": "full", "state": {"spin": 1e308}}', '{"id": 1e99, "want": [], "state": {}}', "[" * 4000]
