@@ -4,7 +4,7 @@ Hot spots, with one effect left out at a time
 
 The picture drawn by an older tracer: spots on circular orbits of r = 6 to 9 round a hole that does not spin, seen from
 r = 12. Each of five planes has orbits of its own, at inclinations of 83 to 86 degrees and rolled by 15 degrees, give or
-take two; every spot has a brightness of its own, and a trace that fades quadratically. Then the same without the
+take two; every spot has a brightness of its own, and a streak that fades quadratically. Then the same without the
 light's travel time, so that all images show one moment; without the shift of brightness, so that one side is as bright
 as the other; with half of the spots circling the other way; and, for one of the planes alone, as seen by an observer at
 rest and by one who circles the hole.
@@ -28,7 +28,7 @@ RADIUS, INNER, OUTER = 12.0, 6.0, 9.0
 SPEED = 1 / math.sqrt(RADIUS - 2)
 # Degrees: inclination and roll of each plane.
 PLANES = ((83.0, 13.6), (84.0, 16.2), (84.6, 14.4), (85.3, 16.9), (86.0, 15.0))
-SPOTS, SIZE, TRACE, TIME = 900, 0.04, 6.0, 40.0
+SPOTS, SIZE, STREAK, TIME = 900, 0.04, 6.0, 40.0
 WIDTH, HEIGHT, FIELD = 400, 225, 2 * math.atan(1.28)
 ALL = {"beaming": True, "colour_shift": True, "delay": True, "time": TIME}
 
@@ -43,7 +43,7 @@ def disk(seed: int, retrograde: float = 0.0) -> kc.disks.Disk:
         azimuth,
         temperature,
         SIZE,
-        TRACE,
+        STREAK,
         brightness=brightness,
         retrograde=rng.random(SPOTS) < retrograde,
         fade="quadratic",

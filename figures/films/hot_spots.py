@@ -3,7 +3,7 @@ Hot spots in a disk
 ===================
 
 5000 spots, black bodies of 4000 to 10,000 K, on circular orbits of r = 6 to 9 round a hole that does not spin. Seen
-from r = 12, inclination 85 degrees, with all images and the light's travel time; every spot leaves a trace that fades
+from r = 12, inclination 85 degrees, with all images and the light's travel time; every spot leaves a streak that fades
 over 6 units of time. The approaching side is brighter and bluer; below and round the shadow the same spots are seen
 at earlier times.
 """
@@ -16,7 +16,7 @@ import kerrcaustics as kc
 from kerrcaustics.draw.films import Film
 
 RADIUS, INCLINATION, ROLL = 12.0, 85.0, 15.0
-OUTER, SPOTS, SIZE, TRACE = 9.0, 5000, 0.03, 6.0
+OUTER, SPOTS, SIZE, STREAK = 9.0, 5000, 0.03, 6.0
 WIDTH, HEIGHT, FIELD = 960, 540, 2 * math.atan(1.28)
 SEED, PER_FRAME = 2015, 0.8
 
@@ -25,7 +25,7 @@ def spots(inner: float) -> kc.disks.Spots:
     rng = np.random.default_rng(SEED)
     # As many on each area of the disk.
     radius = np.sqrt(rng.uniform(inner**2, OUTER**2, SPOTS))
-    return kc.disks.Spots(radius, rng.uniform(0, 2 * math.pi, SPOTS), rng.uniform(4000, 10_000, SPOTS), SIZE, TRACE)
+    return kc.disks.Spots(radius, rng.uniform(0, 2 * math.pi, SPOTS), rng.uniform(4000, 10_000, SPOTS), SIZE, STREAK)
 
 
 def film(frames: int = 150, name: str = "hot_spots", spin: float = 0.0, inner: float = 6.0) -> Film:

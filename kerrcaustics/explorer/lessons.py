@@ -91,7 +91,7 @@ LESSONS = (
         (1, 1, 1),
     ),
     Lesson(
-        "A star with a size",
+        "A star of finite size",
         ExplorerState(spin=0.0, velocity="fiducial", orders=2, theta=88.0, phi=180.0, size=3.0),
         "A point on a caustic would be infinitely bright; a star is not a point. This one covers the place straight "
         "behind the hole: all of its images touch, and make a whole ring.",

@@ -52,7 +52,7 @@ class Spots:
     size : float
         Deviation of a spot's profile, in units of the mass.
     streak : float
-        Time over which a spot leaves a trace that fades; 0 for none.
+        Time over which a spot leaves a streak that fades; 0 for none.
     response : str or MeasuredResponse
         "cie", "film" or measured curves, as for `black_body`.
     brightness : float or (n,) array
@@ -60,8 +60,8 @@ class Spots:
     retrograde : bool or (n,) array
         True for spots that circle against the disk's motion.
     fade : str
-        How the trace's light falls with its age s, 0 to 1: "linear", as 1 - s, or "quadratic", as (1 - s)^2; all of it
-        has as much light.
+        Fall of the streak's light with its age s, 0 to 1: "linear", as 1 - s, or "quadratic", as (1 - s)^2; either way
+        the total is the same.
 
     Raises
     ------
@@ -188,7 +188,7 @@ class Spots:
         way, behind = radius * orbital * self.streak / along, length / along
         if self.fade == "quadratic":
             return fall * quadratic_trace(behind, way)
-        # The mean over the trace, behind the spot: of a Gaussian times 2 (1 - s) for s in 0 to 1.
+        # The mean over the streak, behind the spot: of a Gaussian times 2 (1 - s) for s in 0 to 1.
         way = np.where(np.abs(way) < 1e-6, 1e-6, way)
         whole = ndtr(behind + way) - ndtr(behind)
         edges = np.exp(-(behind**2) / 2) - np.exp(-((behind + way) ** 2) / 2)
@@ -232,8 +232,8 @@ def _pairs(
     late = samples.time[near] - time
     phase = np.mod(samples.azimuth[near] - ring.orbital * late, 2 * math.pi)
     half = along[near] / samples.radius[near] + ring.drift * np.abs(late)
-    trace = abs(ring.orbital) * spots.streak
-    behind, ahead = (half, half + trace) if ring.orbital > 0 else (half + trace, half)
+    streak = abs(ring.orbital) * spots.streak
+    behind, ahead = (half, half + streak) if ring.orbital > 0 else (half + streak, half)
     around = np.concatenate([ring.phase - 2 * math.pi, ring.phase, ring.phase + 2 * math.pi])
     number = np.tile(ring.number, 3)
     start, stop = np.searchsorted(around, phase - behind), np.searchsorted(around, phase + ahead)
