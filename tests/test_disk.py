@@ -14,7 +14,7 @@ from kerrcaustics.scenes.disk.emission import page_thorne_flux
 from kerrcaustics.scenes.disk.flat import render_flat
 from kerrcaustics.scenes.disk.lighting import covered_part
 from kerrcaustics.scenes.disk.samples import DiskSamples
-from kerrcaustics.scenes.disk.spots import quadratic_trace
+from kerrcaustics.scenes.disk.spots import quadratic_streak
 from kerrcaustics.scenes.disk.turned import turned_disk
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.frame import photon_of, redshift as sky_redshift
@@ -172,7 +172,7 @@ def test_a_short_trace_that_fades_is_no_trace():
     behind = np.linspace(-4, 4, 9)
     for way in (0.0, 1e-9, 0.3, 0.999, 1.001, -1.001, -2.5, 30.0):
         expected = np.exp(-((behind[:, None] + way * s) ** 2) / 2) @ (3 * (1 - s) ** 2) / len(s)
-        found = quadratic_trace(behind, np.full(9, way))
+        found = quadratic_streak(behind, np.full(9, way))
         assert found == pytest.approx(expected, rel=1e-6, abs=1e-9)
 
 

@@ -187,7 +187,7 @@ class Spots:
             return fall * np.exp(-((length / along) ** 2) / 2)
         way, behind = radius * orbital * self.streak / along, length / along
         if self.fade == "quadratic":
-            return fall * quadratic_trace(behind, way)
+            return fall * quadratic_streak(behind, way)
         # The mean over the streak, behind the spot: of a Gaussian times 2 (1 - s) for s in 0 to 1.
         way = np.where(np.abs(way) < 1e-6, 1e-6, way)
         whole = ndtr(behind + way) - ndtr(behind)
@@ -196,7 +196,7 @@ class Spots:
         return fall * math.sqrt(2 * math.pi) * 2 * (whole / way - moment / way**2)
 
 
-def quadratic_trace(behind: Float[Array, " pairs"], way: Float[Array, " pairs"]) -> Float[Array, " pairs"]:
+def quadratic_streak(behind: Float[Array, " pairs"], way: Float[Array, " pairs"]) -> Float[Array, " pairs"]:
     """The mean of exp(-(behind + way s)^2 / 2) times 3 (1 - s)^2 over s in 0 to 1.
 
     With y = behind + way s it is an integral of a square times a Gaussian; where the way is short, by Gauss's places,
