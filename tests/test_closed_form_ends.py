@@ -175,7 +175,9 @@ WAYS = [
 ]
 
 
-@pytest.mark.parametrize("way", WAYS, ids=str)
+@pytest.mark.parametrize(
+    "way", [*WAYS[::3], *(pytest.param(way, marks=pytest.mark.slow) for way in WAYS[1::3] + WAYS[2::3])], ids=str
+)
 def test_radial_integrals_against_quadrature(way):
     b, q, first, sense, last, final = way
     spin = 0.9

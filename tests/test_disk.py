@@ -98,7 +98,7 @@ def test_light_is_that_of_very_many_rays(name):
     camera, field, projection, disk, shifts = SCENES[name]
     view = kc.pictures.View(960, 480, math.radians(field), projection)
     rendering = kc.render(camera, view, disk=disk, beaming=shifts[0], colour_shift=shifts[1])
-    pixels = some_pixels(rendering, 100)
+    pixels = some_pixels(rendering, 200)
     light, transmission = light_of_rays(camera, view, disk, pixels, 64, shifts)
     assert np.abs(rendering.transmission.ravel()[pixels] - transmission).max() < 0.02
     wrong = np.abs(rendering.light.reshape(-1, 3)[pixels] - light)

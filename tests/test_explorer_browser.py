@@ -101,7 +101,8 @@ def test_session(page, address):
     assert again[0] == counts and ExplorerState.of(again[1]).address() == ExplorerState.of(here).address()
 
 
-def test_a_star_with_a_size_has_images_with_shapes(page, address):
+@pytest.mark.slow
+def test_a_star_of_finite_size_has_images_with_shapes(page, address):
     page.goto(f"{address}#spin=0.5&orders=2&theta=80&phi=170")
     settled(page)
     assert page.evaluate("explorer.light()") is None

@@ -65,7 +65,7 @@ def known(value):
     return replace(value, **{name: known(getattr(value, name)) for name in stored(type(value))})
 
 
-@pytest.mark.parametrize("count", [0, 5])
+@pytest.mark.parametrize("count", [0, pytest.param(5, marks=pytest.mark.slow)])
 def test_the_page_holds_every_quantity_and_its_error(kind, count):
     made = known(example(kind, count))
     text = made._repr_html_()

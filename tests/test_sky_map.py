@@ -49,7 +49,7 @@ def missed(camera, traced, seed):
 
 
 @pytest.mark.parametrize(("camera", "view"), VIEWS[:2])
-@pytest.mark.parametrize("quality", ["draft", "normal", "high"])
+@pytest.mark.parametrize("quality", ["draft", "normal", pytest.param("high", marks=pytest.mark.slow)])
 def test_the_map_is_as_good_as_it_says(camera, view, quality):
     traced = kc.pictures.trace_view(camera, view, quality=quality)
     error = missed(camera, traced, 1)
