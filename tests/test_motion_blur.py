@@ -117,7 +117,7 @@ def test_a_star_keeps_its_light(way, brightest):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("way", [orbiting, falling, turning])
+@pytest.mark.parametrize("way", [orbiting, falling])
 def test_a_star_is_drawn_along_its_trace(way):
     middle = view_of(LARGE)
     sky = star_of(middle)
