@@ -11,9 +11,9 @@ from command_line import run
 
 from kerrcaustics import scripts
 
-# All but what a caller meets: modules that refuse what is wrong themselves, in words, and results; and but cubic,
-# batches and ray_end, whose functions a search calls ten thousands of times.
-SPACETIME = ("elliptic", "kerr", "polar", "radial", "sphere")
+# All but what a caller meets: modules that refuse what is wrong themselves, in words, and results; and but batches and
+# ray_end, whose functions define others at each of ten thousands of calls, which would be decorated anew.
+SPACETIME = ("cubic", "elliptic", "kerr", "polar", "radial", "sphere")
 ASTRONOMY = ("plate_carree",)
 BEAMS = (
     "dispatch",

@@ -85,7 +85,7 @@ def test_small_disc_is_as_bright_as_a_point(viewer, place, end):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("place", [(1.4, 2.9), (1.2, 0.1)])
+@pytest.mark.parametrize("place", [(1.4, 2.9), (1.4, 1.3), (1.2, 0.1)])
 def test_disc_and_the_rest_fill_the_sphere(place):
     """All images of a sphere have one area, however it is cut into two discs."""
     theta, phi = place
