@@ -28,7 +28,7 @@ Quality = Literal["draft", "normal", "high"]
 
 
 WaveMethod = Literal["auto", "images", "fold", "cusp", "ring", "line"]
-"""What gives the waves of a source."""
+"""Methods that compute the waves of a source."""
 
 ShutterShape = Literal["box", "triangle", "cosine"]
 """Weights of the moments of an exposure."""

@@ -39,7 +39,7 @@ _STEP_GAIN, _ROUND_OFF, _IN_AREA = 0.02, 3e-15, 4e-15
 # Part of a step by which the rate of change of the area is found.
 _SLOPE_PART = 1e-4
 COORDINATES: tuple[str, ...] = ("mino_time", "radius", "theta", "azimuth", "time", "error", "time_error")
-"""What is known of a place on a ray, by the names that it has in `SpacePoints`."""
+"""Fields of `SpacePoints` that describe a place on a ray."""
 
 
 class BundleState(NamedTuple):

@@ -22,29 +22,29 @@ class Motion(NamedTuple):
 
 
 def static(spin: float, radius: Reals, cosine: Reals) -> Motion:
-    """At rest in Boyer-Lindquist coordinates, outside the ergosphere."""
+    """Motion of matter at rest in Boyer-Lindquist coordinates, outside the ergosphere."""
     return Motion(0.0, 1 - 2 * radius / (radius * radius + (spin * cosine) ** 2))
 
 
 def fiducial(spin: float, radius: Reals, cosine: Reals) -> Motion:
-    """In the equatorial plane, at rest with respect to the FIDO (JTFT A.1: omega and alpha^2)."""
+    """Motion of matter in the equatorial plane, at rest with respect to the FIDO (JTFT A.1: omega and alpha^2)."""
     a, r = spin, radius
     big = (r * r + a * a) * r * r + 2 * a * a * r
     return Motion(2 * a * r / big, r * r * (r * r - 2 * r + a * a) / big)
 
 
 def circular(spin: float, radius: Reals, cosine: Reals) -> Motion:
-    """In the equatorial plane, on the prograde circular geodesic (Bardeen, Press & Teukolsky 1972, eq. 2.16)."""
+    """Motion on the prograde circular geodesic in the equatorial plane (Bardeen, Press & Teukolsky 1972, eq. 2.16)."""
     return _orbiting(spin, radius, 1)
 
 
 def retrograde(spin: float, radius: Reals, cosine: Reals) -> Motion:
-    """In the equatorial plane, on the retrograde circular geodesic: prograde about a hole that spins the other way."""
+    """Motion on the retrograde circular geodesic in the equatorial plane: prograde about a hole of opposite spin."""
     return _orbiting(spin, radius, -1)
 
 
 def plunging(spin: float, radius: Reals, cosine: Reals) -> Motion:
-    """In the equatorial plane: circular and prograde down to the ISCO, and from there falling.
+    """Motion in the equatorial plane: circular and prograde down to the ISCO, and from there falling.
 
     Inside, with the energy E and the angular momentum L of the ISCO (Cunningham 1975, ApJ 202, 788).
     """

@@ -24,5 +24,5 @@ def engine_named(name: object) -> Engine:
 
 
 def in_words(engines: Iterable[Engine]) -> str:
-    """Some engines as a text: "closed-form and integrated"."""
+    """Names of engines as one text: "closed-form and integrated"."""
     return " and ".join(sorted(set(engines)))

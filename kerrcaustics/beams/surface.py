@@ -173,7 +173,7 @@ class End(Shown):
         return rays.direction
 
     def displacement(self, rays: Rays, vectors: np.ndarray) -> np.ndarray:
-        """From the ends of rays to places (n, axes), as (n, 2) in the rows of the Jacobian."""
+        """Displacements (n, 2) from the ends of rays to places (n, axes), in the rows of the Jacobian."""
         return flattened(rays.direction, vectors - rays.direction)
 
     def scale(self, rays: Rays) -> np.ndarray | float:

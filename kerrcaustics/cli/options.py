@@ -57,7 +57,7 @@ Flag = Annotated[bool, cyclopts.Parameter(negative=())]
 Angle = Annotated[float, cyclopts.Parameter(allow_leading_hyphen=True)]
 Angles = Annotated[tuple[float, float], cyclopts.Parameter(allow_leading_hyphen=True)]
 FileName = Annotated[Path, cyclopts.Parameter(converter=_file_name)]
-"""Of a file or a folder."""
+"""The name of a file or a folder."""
 
 PolarAngle = Annotated[float, cyclopts.Parameter(converter=_number(float, 0, 180, "lie in [0, 180] degrees"))]
 WholeNumber = Annotated[int, _whole()]

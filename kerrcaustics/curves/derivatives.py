@@ -68,13 +68,13 @@ class CausticDerivatives(Shown):
     @property
     @derived("parameter", "1")
     def theta_extent(self) -> Array:
-        """Of the width in theta'."""
+        """The derivative of the width in theta'."""
         return self.theta_max - self.theta_min
 
     @property
     @derived("parameter", "1")
     def phi_extent(self) -> Array:
-        """Of the width in phi'."""
+        """The derivative of the width in phi'."""
         return self.phi_max - self.phi_min
 
 

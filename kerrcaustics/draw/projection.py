@@ -1,4 +1,4 @@
-"""From directions on the camera sky to the plane of a picture.
+"""Projection of directions on the camera sky onto the plane of a picture.
 
 All pictures of it have one zero, the middle of the shadow: degrees to the right of it and above it, in the azimuthal
 equidistant projection, up being the spin axis. The sky of an Observer is flat, and is drawn as it is: (alpha, beta) in

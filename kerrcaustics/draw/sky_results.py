@@ -66,7 +66,7 @@ _CORNERS = [[0, 1, 1, 0, 0], [0, 0, 1, 1, 0]]
 
 
 def one_caustic(ax: Axes, caustic: Caustic, *, zoom: bool | None = None) -> Axes:
-    """On its surface; zoom, which is usual on spheres for one below 10 degrees: in its true shape about its middle."""
+    """Draw a caustic on its surface; with zoom (usual below 10 degrees on a sphere), in true shape about its middle."""
     if is_sphere(caustic.surface):
         zoom = is_small(caustic) if zoom is None else zoom
         draw = primary_zoom if zoom and not is_shapeless(caustic) else celestial_sphere
@@ -152,7 +152,7 @@ def star_counts(ax: Axes, counts: ImageCounts) -> Axes:
 
 
 def image_places(ax: Axes, images: StarImages, *, caustics: CausticSet | None = None) -> Axes:
-    """On the camera sky, with shadow and critical curves: one colour an index, larger where more magnified.
+    """Draw images on the camera sky, with shadow and critical curves: a colour for each index, larger where brighter.
 
     caustics: of the same camera and surface, where they are known.
     """
@@ -182,7 +182,7 @@ def followed_images(ax: Axes, star: FollowedStar) -> Axes:
 
 
 def one_track(ax: Axes, track: Track) -> Axes:
-    """On the camera sky, one colour an index."""
+    """Draw a track on the camera sky, with a colour for each index."""
     for k, which in stretches(track):
         _on_sky(ax, track.camera, track.sky[which], label=f"index {k}", **style.index_line(k))
     for event in track.events:
@@ -200,7 +200,7 @@ def all_tracks(ax: Axes, tracks: StarTracks) -> Axes:
 
 
 def circle_curve(ax: Axes, curve: CircleCurve) -> Axes:
-    """On the camera sky."""
+    """Draw the image of a circle on the camera sky."""
     line, unit = about_shadow(curve.camera, whole_line(curve.sky, curve.closed)), curve.camera.sky_unit
     ax.plot(*(broken(line) if unit == "rad" else line).T, label=f"index {curve.index}", **style.index_line(curve.index))
     return name_sky_axes(ax, unit)
@@ -221,7 +221,7 @@ def circle_curves(ax: Axes, circle: CircleImages, *, caustics: CausticSet | None
 
 
 def line_crossings(ax: Axes, crossings: LineCrossings) -> Axes:
-    """On the camera sky, one colour an index."""
+    """Draw crossings of a line on the camera sky, with a colour for each index."""
     for sky, k in zip(crossings.sky, crossings.index.tolist(), strict=True):
         mark = {"linestyle": "none", "marker": "o", "markersize": 3, "color": style.index_colour(k)}
         _on_sky(ax, crossings.camera, sky[None], label=f"index {k}", **mark)

@@ -118,7 +118,7 @@ def _places(part: Surface | SpaceCurve) -> Float[np.ndarray, "n 3"]:
 
 
 def _upright(vectors: Float[np.ndarray, "n 3"]) -> Float32[np.ndarray, "n 3"]:
-    """From z upward to y upward."""
+    """Vectors with y upward, for those with z upward."""
     return np.ascontiguousarray(vectors[:, [1, 2, 0]], np.float32)
 
 

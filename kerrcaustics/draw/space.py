@@ -132,6 +132,6 @@ def write_model(model: Model, folder: Path, name: str) -> list[Path]:
 
 
 def _use_egl() -> None:
-    """With no display, let VTK draw through EGL."""
+    """Let VTK draw through EGL where there is no display."""
     if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")

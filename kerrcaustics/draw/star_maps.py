@@ -27,7 +27,7 @@ from kerrcaustics.tracks.tracks import StarTracks
 Array = np.ndarray
 
 CURVE_COLOUR = "#c58cff"
-"""Of critical curves on black: violet, as in JTFT."""
+"""The colour of critical curves on black: violet, as in JTFT."""
 
 DARK_RIM = withStroke(linewidth=2.5, foreground="black")
 _CURVES: dict[str, Any] = {"color": CURVE_COLOUR, "linewidth": 1.2, "linestyle": (0, (5, 2))}

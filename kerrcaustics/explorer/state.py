@@ -14,7 +14,7 @@ MOST_SPIN, MOST_RADIUS, MOST_ORDERS = 0.9999, 1000.0, 4
 """Limits of a computation: none takes more than some seconds."""
 
 LEAST_RADIUS = 1.0
-"""Of the horizon, for any spin."""
+"""The smallest radius of a horizon: that of extremal spin."""
 
 LEAST_SIZE, MOST_SIZE = 1e-6, 20.0
 """Radii of stars that are not points, degrees."""

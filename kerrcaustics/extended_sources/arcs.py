@@ -80,6 +80,6 @@ def at_nodes(
 
 _HIGHEST = len(NODES) - 1
 DERIVATIVE = legendre.legval(NODES, legendre.legder(np.linalg.inv(legendre.legvander(NODES, _HIGHEST)))).T
-"""From values at `NODES` to derivatives there."""
+"""The matrix that takes values at `NODES` to derivatives there."""
 AT_ENDS = values_at(NODES, np.array([-1.0, 1.0]))
-"""From values at `NODES` to those at both ends."""
+"""The matrix that takes values at `NODES` to those at both ends."""

@@ -125,7 +125,7 @@ class ChartGrid:
         return parts
 
     def _of(self, chosen: Int[Array, " chosen"]) -> "ChartGrid":
-        """Some of the cells."""
+        """The chosen cells."""
         part = copy(self)
         part.cells, part.which = self.cells[chosen], self.which[chosen]
         if self.turned:

@@ -31,7 +31,7 @@ class LimbCrossings:
 
     @classmethod
     def none(cls) -> "LimbCrossings":
-        """Of a limb that no caustic crosses."""
+        """Crossings of a limb that no caustic crosses."""
         return cls(np.empty(0, int), np.empty(0))
 
 

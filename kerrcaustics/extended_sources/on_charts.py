@@ -196,7 +196,7 @@ def _of_folds(viewer: Viewer, disc: Disc, max_index: int, circles: Float[Array, 
 
 
 def _chosen(disc: Disc, parts: list[tuple[Array, Array, Array]]) -> _Witnesses:
-    """Some of the points, those nearest to the limb, but not on it."""
+    """The points nearest to the limb, but not on it."""
     if not parts:
         return _Witnesses(np.empty((0, 3)), np.empty(0, bool), np.empty(0, bool))
     sky, height, second = (np.concatenate(column) for column in zip(*parts, strict=True))

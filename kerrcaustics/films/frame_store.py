@@ -204,7 +204,7 @@ def draw_frame(folder: str, mark: str, draw: Draw, number: int) -> None:
 
 
 def draw_frame_again(folder: str, mark: str, draw: Draw, number: int) -> None:
-    """As `draw_frame` where `draw` arrives anew with each frame: the first, with its caches, draws all of a film."""
+    """Draw a frame with the film's first `draw` and its caches, as `draw` arrives anew with each frame."""
     first_draw = _LAST.get(mark)
     if first_draw is None:
         _LAST.clear()

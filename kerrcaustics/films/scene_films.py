@@ -17,7 +17,7 @@ class FilmedScene(Protocol):
 
     @property
     def name(self) -> str:
-        """Of its file."""
+        """The name of its file."""
         ...
 
     @property

@@ -350,7 +350,7 @@ def _integral(patch: Patch, place: Place, disc: Disc, caustic: tuple[Array, Arra
     root = jnp.sqrt(jnp.where(inside > 0, inside, 1.0))
 
     def densities(y: Array, parts: Array) -> tuple[Array, Array]:
-        """Of both images at one y, and how far they are from the middle of the patch."""
+        """Densities of both images at one y, and their distances from the middle of the patch."""
         x, start = _series(line, y / disc.radius), jax.vmap(_series, (1, None))(folds, y / disc.radius)
         goals = jnp.stack([x + parts**2, jnp.full(len(parts), y)], axis=-1)
 

@@ -289,7 +289,7 @@ def counted(
 
 
 def _touched(arcs: Arcs, phi: float, max_index: int) -> Bool[Array, " orders"]:
-    """By order, to max_index + 1, whether a source cannot be distinguished from that caustic."""
+    """True, by order to max_index + 1, where a source cannot be distinguished from the caustic of that order."""
     which = np.flatnonzero(arcs.index != np.roll(arcs.index, 1))
     folds = arcs.low[which]
     close = np.abs(_away(folds.azimuth, phi)) <= _BLUR_ERRORS * (folds.error + TOLERANCE)

@@ -65,7 +65,7 @@ class _Ends(NamedTuple):
     time_noise: Array
 
     def rounding(self) -> Array:
-        """Of n' (n, 2), along e_theta and e_phi: next to the axis a turn about it moves n' little."""
+        """Rounding of n' (n, 2), along e_theta and e_phi: next to the axis a turn about it moves n' little."""
         both = np.maximum(_OF_END * (1 + self.phase), self.noise)
         turned = self.turn_noise * np.hypot(self.direction[:, 0], self.direction[:, 1])
         return np.stack([both, both + turned], axis=-1)

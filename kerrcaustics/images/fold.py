@@ -123,7 +123,7 @@ def _roots(points: Points, number: Int[Array, "places 4"], miss: Float[Array, "p
 
 
 def _touching(points: Points, number: Int[Array, "places 4"], miss: Float[Array, "places 4"]) -> _Places:
-    """As `_roots`, where `miss` comes within the points' errors of 0 and turns back: a few places on both sides."""
+    """Roots where `miss` comes within the points' errors of 0 and turns back: a few places on both sides."""
     edge_phase, error = _unrolled(points, number), points.error[number[:, 1]]
     slopes = np.diff(miss, axis=1) / np.diff(edge_phase, axis=1)
     bend = np.abs((slopes[:, 1] - slopes[:, 0]) / (edge_phase[:, 2] - edge_phase[:, 0]))

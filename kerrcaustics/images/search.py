@@ -198,7 +198,7 @@ def _distinct(images: SkyImages) -> SkyImages:
 
 
 def on_rings(ring: Bool[Array, "stars orders"]) -> Bool[Array, "stars orders"]:
-    """By star and index, True where the images on a sheet are a ring, which is its outer or its inner edge.
+    """True, by star and index, where the images on a sheet are a ring, which is its outer or its inner edge.
 
     Parameters: ring, by star and order, True for stars on a caustic that is a point.
     """

@@ -42,7 +42,7 @@ class Source:
 
     @property
     def spin(self) -> float:
-        """Of the hole."""
+        """The spin of the hole."""
         return self.searched.search_camera.spin
 
     @property

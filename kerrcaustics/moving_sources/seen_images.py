@@ -150,7 +150,7 @@ def _closer(
 
 
 def size_and_ratio(rays: Arrivals) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-    """Of directions on the search sky: how much longer a radian is for the viewer, and g of the source's light."""
+    """Lengths, for the viewer, of a radian of the search sky, and g of the source's light, by direction."""
     searched = rays.source.searched
     stretch = searched.stretch(searched.shown(rays.sky))
     at_infinity = redshift(searched.search_camera.frame(), rays.sky) / stretch

@@ -36,7 +36,7 @@ _STILL = 1e-6
 
 @dataclass(frozen=True)
 class FallConstants:
-    """Of a geodesic, per rest mass: energy E, axial angular momentum L_z, Carter constant Q."""
+    """Constants of a geodesic, per rest mass: energy E, axial angular momentum L_z, Carter constant Q."""
 
     spin: float
     energy: float

@@ -81,7 +81,7 @@ class SphericalOrbits:
 
     @cached_property
     def error(self) -> Float[Array, " n"]:
-        """Of places, radians, within an orbit: what the series leave out, and rounding, which grows with the orbits."""
+        """Errors of places, radians: what the series leave out, and rounding, which grows with the number of orbits."""
         left_out = np.abs(self._spectra[..., _HARMONICS + 1 :]).sum(axis=-1)
         return left_out[0] / self._spectra[0, :, 0] + left_out[1] + _ROUNDING
 
@@ -96,7 +96,7 @@ class SphericalOrbits:
         return 2 * np.pi * self._spectra[1, :, 0]
 
     def part(self, which: Array) -> "SphericalOrbits":
-        """Some of the bodies, in any order and number."""
+        """The chosen bodies, in any order and number."""
         some = SphericalOrbits(
             self.spin, *(getattr(self, name)[which] for name in ("radius", "inclination", "node", "phase"))
         )

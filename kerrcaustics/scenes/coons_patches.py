@@ -33,13 +33,13 @@ class Weights(NamedTuple):
 
 @lru_cache(maxsize=4096)
 def weights(start_x: float, start_y: float, side: float, count: int) -> Weights:
-    """At the middles of count x count parts of a square within a cell, all in units of the cell; row by row."""
+    """Weights at the middles of count x count parts of a square within a cell, in units of the cell; row by row."""
     within = (np.arange(count) + 0.5) / count * side
     return weights_at(*np.meshgrid(start_x + within, start_y + within))
 
 
 def weights_at(x: Array, y: Array) -> Weights:
-    """At some places of a cell, in units of it."""
+    """Weights at places of a cell, in units of the cell."""
     x, y = np.ravel(x), np.ravel(y)
     (lx, hx), (ly, hy) = _linear(x), _linear(y)
     (vx, dx), (vy, dy) = _cubic(x), _cubic(y)

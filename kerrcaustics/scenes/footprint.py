@@ -83,7 +83,7 @@ class Footprint(Shown):
         curving: Float[Array, "pixels 3 3"],
         redshift: Float[Array, " pixels"],
     ) -> "Footprint":
-        """From n', its steps along x and y, and its second derivatives along xx, xy, yy, all of them per pixel."""
+        """The footprint of n', its steps along x and y, and its second derivatives along xx, xy, yy, all per pixel."""
         x, y, z = direction
         s = _length(x, y)
         c, d = (np.divide(part, s, out=np.full_like(s, pole), where=s > 0) for part, pole in ((x, 1.0), (y, 0.0)))

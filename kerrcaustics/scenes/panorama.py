@@ -330,7 +330,7 @@ def _smoothed(picture: Float32[Array, "h w 3"]) -> Float32[Array, "h w 3"]:
 
 
 def _padded(picture: Float32[Array, "h w channels"]) -> Float32[Array, "channels h+2 w+2"]:
-    """With one more pixel on every side: the other edge's at the sides, those beyond the pole above and below."""
+    """The picture with a pixel more on every side: the other edge's at the sides, beyond the pole above and below."""
     half = picture.shape[1] // 2
     tall = np.concatenate([np.roll(picture[:1], half, axis=1), picture, np.roll(picture[-1:], half, axis=1)])
     return np.ascontiguousarray(np.concatenate([tall[:, -1:], tall, tall[:, :1]], axis=1).transpose(2, 0, 1))

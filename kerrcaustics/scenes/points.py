@@ -61,11 +61,11 @@ class PointLights:
 
     @cached_property
     def tree(self) -> KDTree:
-        """Of the directions."""
+        """A tree of the directions, for searches by distance."""
         return KDTree(self.direction)
 
     def some(self, which: Int[Array, " m"], turn: ArrayLike) -> "PointLights":
-        """Some of them, turned about the spin axis by angles, (m,) or one."""
+        """The chosen lights, turned about the spin axis by angles, (m,) or one."""
         direction = turned(self.direction[which], turn)
         return PointLights(direction, self.flux[which], self.temperature[which], self.response)
 

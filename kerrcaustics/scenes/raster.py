@@ -13,7 +13,7 @@ from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 Array = np.ndarray
 
 MOST_PIXELS = 16384
-"""Of a side of a picture."""
+"""The largest number of pixels along a side of a picture."""
 _WORDS = {2: "two", 3: "three"}
 
 

@@ -160,7 +160,7 @@ class TracedView(Shown):
 
     @cached_property
     def _search(self) -> StarSearch:
-        """For the images of stars, whichever they are."""
+        """The search for images of stars, for any catalogue."""
         assert self.visible_fraction is not None
         end = sky_end(self.camera, self.sky_radius)
         return StarSearch(self.camera, self.view, SkyCells(*self._sky), self.visible_fraction, end=end)

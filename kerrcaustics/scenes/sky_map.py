@@ -302,7 +302,7 @@ def _mixed(level: Level[SkyCorners], edge: tuple[Array, Array]) -> Bool[Array, "
 
 
 def _cells(lattice: _SkyLattice, level: Level[SkyCorners], close: float, chosen: Int[Array, " m"]) -> SkyCells:
-    """Some cells, with their errors: NaN where not even the corners agree."""
+    """The chosen cells, with their errors: NaN where not even the corners agree."""
     (x, y, size), corners, number = level.squares, level.corners, level.number[chosen]
     place, slope = corners.place[number], corners.slope[number]
     data = np.concatenate([place, slope[..., 0] * size, slope[..., 1] * size], axis=1)

@@ -69,7 +69,7 @@ class PictureImages(NamedTuple):
     magnification: Array
 
     def part(self, which: Array) -> "PictureImages":
-        """Some of them."""
+        """The chosen images."""
         return PictureImages(*(part[which] for part in self))
 
     def merged_with(self, more: "PictureImages", angle: float) -> "PictureImages":

@@ -22,7 +22,7 @@ class Rows:
         return type(self)(**{name: getattr(self, name)[chosen] for name in _names(type(self))})
 
     def joined(self, *others: Self) -> Self:
-        """These rows, followed by the others."""
+        """The rows, followed by those of the others."""
         columns = {name: [getattr(rows, name) for rows in (self, *others)] for name in _names(type(self))}
         return type(self)(**{name: _joined(parts) for name, parts in columns.items()})
 

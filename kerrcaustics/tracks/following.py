@@ -176,7 +176,7 @@ def _unlinked(now: _SearchedImages) -> tuple[Int[Array, " images"], Bool[Array, 
 
 
 def _linked(last: _SearchedImages, now: _SearchedImages) -> tuple[Int[Array, " images"], Bool[Array, " images"]]:
-    """For each image now which image before it continues (-1: none), and whether Newton's method says so."""
+    """The earlier image that each image now continues (-1: none), and whether Newton's method says so."""
     # Where rays fall onto the surface images lie inside the shadow, too, of which the chart knows nothing.
     inside = last.domain.falls or now.domain.falls
     start, stop = (_coordinates(moment, inside=inside) for moment in (last, now))

@@ -96,7 +96,7 @@ def seen_from(camera: Viewer, theta: float, branches: Branches, own: PathEvents,
 
 
 def _partners(branches: Branches, own: PathEvents) -> Int[Array, " events"] | None:
-    """For each event on the star's sky that on the camera's; None where they are not the same ones."""
+    """The event on the camera's sky for each on the star's sky; None where the two lists differ."""
     events = branches.events
     count = len(own.order)
     if len(events.order) != count:

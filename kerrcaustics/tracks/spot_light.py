@@ -36,7 +36,7 @@ class Spot(NamedTuple):
 
     @property
     def period(self) -> float:
-        """Of the orbit."""
+        """The period of the orbit."""
         return 2 * math.pi / abs(self.orbital)
 
 

@@ -151,7 +151,7 @@ class _BesideCurve:
     nearness: float
 
     def best(self, omega: Float[Array, " frequencies"], how: str) -> GroupWaves:
-        """For each frequency the method with the smallest error, or the one that is wanted."""
+        """The method with the smallest error at each frequency, or the one that is wanted."""
         ways = self._ways(omega)
         if how != "auto":
             ways = {name: ways[name] for name in ((how,) if how in ways else ("images",)) if name in ways}

@@ -72,7 +72,7 @@ class WaveSource:
 
     @property
     def _distance(self) -> float:
-        """Of source and viewer, as in flat space; of an observer at infinity by that of the observer."""
+        """The distance of source and viewer, as in flat space; 1, in units of itself, for an observer at infinity."""
         if math.isinf(self.viewer.radius):
             return 1.0
         viewer = self.viewer.radius * from_angles(self.viewer.inclination, 0.0)

@@ -231,7 +231,7 @@ def _travelled(
 
 
 def _short_ray(frame: Frame, sky: Components, end: Spherical, *, with_time: bool) -> Ray:
-    """As `_ray`, for rays of small k."""
+    """The same as `_ray`, for rays of small k."""
     photon = photon_of(frame, sky)
     travel = small_k.radial_motion(frame, photon, end, with_time=with_time)
     polar = small_k.polar_motion(frame, photon, travel.time, with_time=with_time)

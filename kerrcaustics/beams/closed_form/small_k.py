@@ -105,7 +105,7 @@ def _span(frame: Frame, end: Spherical) -> tuple[Reals, Reals]:
 
 
 def _brief_way(frame: Frame, photon: Photon, end: Spherical) -> tuple[Reals, ...]:
-    """By Gauss' formula Mino time, psi, the clock but for r^2 + 2 r, and the integral of that to a sphere."""
+    """Mino time, psi, the clock without r^2 + 2 r, and the integral of r^2 + 2 r to a sphere, by Gauss' formula."""
     a, b, r, horizon = frame.spin, photon.b, frame.radius, radial.horizon(frame.spin)
     span, room = _span(frame, end)
     shape = -1, *(1,) * b.ndim

@@ -265,7 +265,7 @@ def _range(corners: Corners, number: Array, pixels: float) -> tuple[Float[Array,
 
 
 def _aligned(place: Float[Array, "cells some 2"]) -> Float[Array, "cells some 2"]:
-    """With azimuths in a cell that are next to each other, modulo 2 pi."""
+    """Places whose azimuths within a cell are next to each other, modulo 2 pi."""
     place = place.copy()
     phi = place[..., 1]
     first = np.where(np.isnan(phi[:, :1]), np.nanmin(np.where(np.isnan(phi), np.inf, phi), axis=1)[:, None], phi[:, :1])

@@ -41,7 +41,7 @@ class ThermalEmission:
         check_response(self.response)
 
     def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
-        """In kelvin; 0 where nothing shines. spin: of the hole, negative where the disk is retrograde."""
+        """Temperature in kelvin; 0 where nothing shines. spin: of the hole, negative where the disk is retrograde."""
         raise NotImplementedError
 
     def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
@@ -276,7 +276,7 @@ class Swatches:
 
 
 def _covered(place: Array, half: Array, gap: float, rows: int) -> Iterator[Array]:
-    """Of boxes about places, in rows, the part within the paint of each row."""
+    """The part of boxes about places, in rows, that is within the paint of each row."""
     half = np.maximum(half, 1e-9)
     # What lies beyond a rim is none of the disk.
     low, high = np.maximum(place - half, 0), np.minimum(place + half, rows)
@@ -287,7 +287,7 @@ def _covered(place: Array, half: Array, gap: float, rows: int) -> Iterator[Array
 
 
 def _share(turns: Array, half: Array, start: float, length: float) -> Array:
-    """Of intervals about some turns the part within a stripe that begins at `start` and comes again every turn."""
+    """The part of intervals about turns that is within a stripe which begins at `start` and recurs every turn."""
 
     def before(place: Array) -> Array:
         whole = np.floor(place)

@@ -67,7 +67,7 @@ def _line_of_sight(camera: Camera, view: View, x: Array, y: Array) -> tuple[Floa
 
 
 def _turn(camera: Camera) -> Float[Array, "3 3"]:
-    """From the camera's axes (rows) to Cartesian coordinates."""
+    """The rotation from the camera's axes (rows) to Cartesian coordinates."""
     outward = from_angles(camera.inclination, 0.0)
     e_theta = from_angles(camera.inclination + np.pi / 2, 0.0)
     return np.asarray(camera.frame().basis) @ np.stack([outward, e_theta, np.array([0.0, 1.0, 0.0])])

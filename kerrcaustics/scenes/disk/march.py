@@ -86,7 +86,7 @@ class _Underway(NamedTuple):
     late: Array
 
     def part(self, which: Array) -> "_Underway":
-        """Some of the rays."""
+        """The chosen rays."""
         return _Underway(*(value[..., which] for value in self))
 
 
@@ -97,7 +97,7 @@ def marched(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"
 
 
 def marched_between(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"]) -> Marched:
-    """As `marched`, divided by crossings of the plane."""
+    """Light and transmission as by `marched`, divided by crossings of the plane."""
     light, passing = np.zeros((way.crossings + 1, len(sky), 3)), np.ones((way.crossings + 1, len(sky)))
     transmission, step_count = np.ones(len(sky)), 0
     rays = _at_camera(way, sky, steps)

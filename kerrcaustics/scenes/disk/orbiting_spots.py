@@ -285,7 +285,7 @@ class _FidoFrames(NamedTuple):
 
     @classmethod
     def at(cls, spin: float, r: Array, vector: Float[Array, "n 3"]) -> "_FidoFrames":
-        """At radii and unit vectors."""
+        """Frames of FIDOs at radii and unit vectors."""
         x, y, z = vector.T
         sine = np.maximum(np.hypot(x, y), 1e-300)
         east = np.stack([-y / sine, x / sine, np.zeros_like(z)], axis=-1)
