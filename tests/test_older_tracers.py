@@ -24,14 +24,14 @@ CAMERA = kc.Camera(0.0, 2 * R0, math.radians(85), "static")
 
 @pytest.mark.slow
 def test_film_and_figure_of_hot_spots_have_the_older_set_up():
-    """Camera, spots, traces and the tangents of the picture; planes at 83 to 86 degrees, rolled by 13 to 17."""
+    """Camera, spots, streaks and the tangents of the picture; planes at 83 to 86 degrees, rolled by 13 to 17."""
     film, figure = FILMS.load("hot_spots"), FIGURES.load("hot_spots_without")
     spots = film.spots(2 * 3.0)
     assert film.RADIUS == figure.RADIUS == 2 * R0 and len(spots.radius) == 5000
     for values, ends in ((spots.radius / 2, (3.0, 4.5)), (spots.temperature, (4000, 10_000))):
         assert values.min() == pytest.approx(ends[0], rel=0.01) and values.max() == pytest.approx(ends[1], rel=0.01)
         assert ends[0] <= values.min() and values.max() <= ends[1]
-    assert spots.streak == figure.TRACE == 2 * 3
+    assert spots.streak == figure.STREAK == 2 * 3
     camera = kc.Camera(0.0, film.RADIUS, math.radians(film.INCLINATION), "static")
     view = kc.pictures.View.toward_hole(camera, film.WIDTH, film.HEIGHT, film.FIELD)
     middle = (film.WIDTH - 1) / 2, (film.HEIGHT - 1) / 2

@@ -7,7 +7,7 @@ from that of a thin lens as the viewer comes closer, and what spin does to the c
 """
 
 # %%
-# A thin lens has two images, of Morse index 0 and 1. For a star at angle u, in units of the Einstein radius, their
+# A thin lens makes two images, of Morse index 0 and 1. For a star at angle u, in units of the Einstein radius, their
 # total magnification is (u² + 2) / (u sqrt(u² + 4)). A viewer far away sees stars at infinity through a lens with the
 # Einstein radius sqrt(4 / r), where r is the distance of the hole in units of its mass.
 
@@ -35,8 +35,8 @@ plt.show()
 
 # %%
 # The star is fainter than behind a thin lens, by about 2 / r. The camera is at rest: a moving one would see aberration
-# too. (Magnifications of an observer with a screen are areas on the screen, whose scale is that of solid angles only at
-# large distances.)
+# too. (For an observer with a screen, magnifications are areas on the screen, which are proportional to solid angles
+# only at large distances.)
 #
 # Spin turns the point into a curve
 # ---------------------------------
@@ -52,5 +52,5 @@ ax.set(xlabel="φ′ (nrad)", ylabel="θ′ (nrad)", title="spin 0.9, from 10,00
 plt.show()
 
 # %%
-# It has four cusps, as for a symmetric lens that is slightly disturbed. For its width as a function of spin and
-# distance, see :doc:`../far_camera`.
+# It has four cusps, like the caustic of a symmetric lens that is slightly perturbed. For its width as a function of
+# spin and distance, see :doc:`../far_camera`.

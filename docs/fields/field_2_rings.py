@@ -2,12 +2,13 @@
 2. Interferometry: rings of one source
 ======================================
 
-An array resolves images of one patch of the disk, from rays that cross the plane once, twice and three times. We find
-the delay and the demagnification from each image to the next, for a hole like that of M87.
+An array resolves the images of one patch of the disk that are made by rays crossing the equatorial plane once, twice
+and three times. We find the delay and the demagnification from each image to the next, for a hole like that of M87.
 """
 
 # %%
-# In the equatorial plane a source is (r, φ), and `EquatorialPlane(n)` means rays that cross it there for the n-th time.
+# The place of a source in the equatorial plane is (r, φ), and `EquatorialPlane(n)` selects the rays that cross the
+# plane at the source for the n-th time.
 
 import math
 from itertools import pairwise
@@ -25,16 +26,17 @@ for n, seen in enumerate(rings, 1):
 # %%
 # From one crossing to the next the magnification changes by a factor that tends to exp(-γ), where γ is the Lyapunov
 # exponent of photon orbits, and the delay tends to the time of half a turn on these orbits, about 16 M. The first
-# crossings are still far from both.
+# crossings are still far from both limits.
 
 for first, second in pairwise(rings):
     share = second.magnification.sum() / first.magnification.sum()
     print(f"area less by {share:.4f}, later by {second.time.min() - first.time.min():.2f} M")
 
 # %%
-# That is the area on the screen. The light of a patch of the disk, over all frequencies, is also proportional to the
-# fourth power of the frequency ratio; the gas moves on circular orbits, which is the default of `EquatorialPlane`. (A
-# spot that orbits has moved between the two moments: a light curve includes that.)
+# These magnifications are areas on the screen. The light of a patch of the disk, over all frequencies, is also
+# proportional to the fourth power of the frequency ratio; the gas moves on circular orbits, which is the default of
+# `EquatorialPlane`. (An orbiting spot moves between the emission of the light of one image and that of the next: a
+# light curve takes this into account.)
 
 light = [(seen.magnification * seen.redshift**4).sum() for seen in rings]
 for first, second in pairwise(light):

@@ -20,7 +20,7 @@ light = kc.light_curve(observer, 9.0, times, source="point", max_index=2)
 light
 
 # %%
-# One unit of time is 21 seconds, one of length on the sky 5.2 microarcseconds.
+# One unit of time is 21 seconds; one unit of length on the sky is 5.2 microarcseconds.
 
 minutes = scale.seconds * times / 60
 size = scale.microarcseconds
@@ -34,7 +34,7 @@ plt.show()
 
 # %%
 # The peak is due to beaming, as the spot comes toward us; the cross marks the hole. The path is not centred on it, as
-# the sides of the orbit are lensed differently. Each image has its share:
+# the two sides of the orbit are lensed differently. Each image contributes its share of the light:
 
 share = light.shares.sum(axis=1) / light.shares.sum()
 print("share of each image in all light:", np.round(share, 4))

@@ -32,7 +32,7 @@ plt.show()
 # not only to first order: when the pulsar is behind the hole both images have nearly the same delay, and both are
 # bright.
 #
-# The mass of the hole converts this to seconds: for Sgr A* one M is 21 s. Errors are in
+# The mass of the hole converts these delays to seconds: for Sgr A* one M is 21 s. Errors are in
 # ``light.emission_time_error``.
 #
 # Arrival times of single pulses, and events at which pairs of images are born, are in :doc:`../moving_sources`.

@@ -2,8 +2,8 @@
 5. Gravitational waves near a massive hole: amplification
 =========================================================
 
-A binary near a massive hole sends its chirp past it. We compute the amplification as a function of frequency, and see
-when images alone are enough.
+A binary near a massive hole sends its chirp past the hole. We compute the amplification as a function of frequency, and
+see when images alone are enough.
 """
 
 import matplotlib.pyplot as plt
@@ -33,6 +33,6 @@ plt.show()
 
 # %%
 # For a hole of a million suns ωM = 1 is 32 mHz. The images of index 2 and higher are the echoes, which arrive one turn
-# later. Codes for lensed waves take the three columns printed above: :doc:`../waves`.
+# later. The three columns printed above are what codes for lensed waves take as input: see :doc:`../waves`.
 
 print("method at the lowest and the highest frequency:", waves.method[0], waves.method[-1])

@@ -27,5 +27,5 @@ plt.show()
 # The disk reaches in to the innermost stable orbit; spins are measured from the red wing. The second crossing is
 # light from the lower face, bent round the hole: it is seen where nothing is in the way, such as inside the inner rim.
 #
-# `emissivity` is the power with which the line's emission falls with radius, or a function of the radius. Checks
-# against another program: :doc:`../disk_checks`.
+# `emissivity` is either the exponent of the power law by which the line's emission falls with radius, or a function of
+# the radius. For checks against another program, see :doc:`../disk_checks`.

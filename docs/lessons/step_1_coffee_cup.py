@@ -35,10 +35,11 @@ cup.set(xlim=(-1.05, 1.05), ylim=(-1.05, 1.05), aspect="equal")
 plt.show()
 
 # %%
-# No single ray is bright. The bright line is where neighbouring rays meet: they crowd along it. Take two neighbours
-# as the sides of a thin *beam*. Where they meet, the beam has no width at all, and beyond that place its sides are
-# swapped. **A caustic is the line of all places where thin beams have no width.** In the cup that happens once
-# along each ray, at the distance :math:`\cos(t)/2` from the wall, so the line can be drawn directly, without the rays.
+# No single ray is bright. The bright line is where neighbouring rays meet: they crowd along it. Think of two
+# neighbouring rays as the sides of a thin *beam*. Where they meet, the beam has no width at all, and beyond that point
+# its sides are swapped. **A caustic is the line of all points at which thin beams have no width.** In the cup that
+# happens once along each ray, at a distance of :math:`\cos(t)/2` from the wall, so the line can be drawn directly,
+# without the rays.
 
 caustic = wall(t) + np.cos(t) / 2 * thrown_back(t)
 cup.plot(*caustic, color="black")
@@ -49,7 +50,8 @@ figure
 # --------------------
 #
 # Now imagine that you are a small fish in the coffee, looking at the wall. You see the sun reflected there, once for
-# each ray that reaches you. A ray reaches you if your place lies on it, that is, if this function of :math:`t` is zero.
+# each ray that reaches you. A ray reaches you if it passes through the place where you are, that is, if this function
+# of :math:`t` is zero.
 
 
 def miss(place, t):
@@ -70,7 +72,7 @@ plt.show()
 # %%
 # At :math:`x = 0.2` the curve crosses zero once: one sun. At 0.8 it crosses three times: three suns. As the fish
 # swims, its curve bends. A smooth curve that is bent until it touches the axis and crosses it has gained *two*
-# crossings, one on the way down and one on the way up; it cannot gain a single one. **That is why images come in
+# crossings, one on the way down and one on the way up; it cannot gain just one. **That is why images come in
 # pairs.**
 #
 # Two more things can be read from the curve. Where it goes up, a ray a little further on passes the fish on one side;
@@ -109,7 +111,7 @@ plt.show()
 # a ray                from a place on the wall, :math:`t`    from a direction of the camera's sky
 # where it ends        a place on the coffee                  a place on the celestial sphere, where stars are
 # *critical curve*     which rays, and how far along them     which directions: a curve on the camera's sky
-# *caustic*            where these meet: the bright line      where these land: a curve on the celestial sphere
+# *caustic*            where these rays meet: a bright line   where their rays land: a curve on the celestial sphere
 # *cusp*, *fold*       its tip; the rest of it                the same
 # ===================  =====================================  ==============================================
 #

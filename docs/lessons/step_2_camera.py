@@ -10,9 +10,10 @@ a narrow beam of light is squeezed to a line.
 # The camera
 # ----------
 #
-# ``spin`` runs from 0 to just below 1. ``radius`` is in units of the hole's mass, expressed as a length: the horizon of
-# a fast-spinning hole, from inside which nothing comes back, is at 1; far away means 100 or more. By default the camera
-# sits in the plane of the hole's equator and moves on a circular orbit. Angles are in radians everywhere in Python.
+# ``spin`` runs from 0 to just below 1. ``radius`` is in units of the hole's mass, expressed as a length. The horizon of
+# a fast-spinning hole is at 1, and nothing comes back from inside it; "far away" means 100 or more. By default the
+# camera sits in the plane of the hole's equator and moves on a circular orbit. Angles are in radians everywhere in
+# Python.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -23,16 +24,16 @@ camera = kc.Camera(spin=0.999, radius=6.03)
 camera
 
 # %%
-# The picture shows the hole's *shadow*: the directions from which no light comes, since these lines of sight end in
-# the hole. The shadow is not in the middle: the camera moves, which shifts all directions forward, just as rain seems
-# to come from ahead when you run, and the hole drags light round with it.
+# The picture shows the hole's *shadow*: the directions from which no light comes, since lines of sight in these
+# directions end in the hole. The shadow is not in the middle: the camera moves, which shifts all directions forward,
+# just as rain seems to come from ahead when you run, and the hole drags light round with it.
 #
 # Lines of sight
 # --------------
 #
-# A direction on the camera's sky is a unit vector. Its components point outward from the hole, along the motion, and
-# up along the spin axis: (−1, 0, 0) looks at the hole. ``trace_beams`` follows lines of sight, and narrow beams about
-# them, back to the *celestial sphere*: the sky full of stars, infinitely far away.
+# A direction on the camera's sky is a unit vector. Its three components are those outward from the hole, along the
+# motion, and up along the spin axis: (−1, 0, 0) points at the hole. ``trace_beams`` follows lines of sight, and narrow
+# beams about them, back to the *celestial sphere*: the sky full of stars, infinitely far away.
 #
 # ``direction`` gives the place on the celestial sphere from which the light of a line of sight comes, ``error`` how far
 # off that may be, in radians, and ``magnification`` how much brighter a star there looks than it would without the
@@ -45,10 +46,10 @@ for number in range(3):
 # %%
 # The third line of sight ends in the hole: nothing comes from there, and its numbers are ``nan``, "not a number".
 #
-# Now go through directions along a line on the sky, from far to the right of the hole to its shadow. A narrow round
-# beam of lines of sight lands on the celestial sphere as an ellipse. ``delta_minus`` is the smaller of its two
-# diameters, divided by that of the beam at the camera; it is negative where the picture is mirrored. The smaller the
-# ellipse, the larger the picture of what lies in it, and the brighter a star there.
+# Now take a series of directions along a line on the sky, from far to the right of the hole to its shadow. A narrow
+# round beam of lines of sight lands on the celestial sphere as an ellipse. ``delta_minus`` is the smaller of its two
+# diameters, divided by the diameter of the beam at the camera; it is negative where the picture is mirrored. The
+# smaller the ellipse, the larger everything inside it appears, and the brighter a star there.
 
 angle = np.radians(np.linspace(150, 68, 1500))
 line = np.stack([-np.cos(angle), np.sin(angle), np.full_like(angle, 0.05)], axis=-1)
@@ -81,10 +82,10 @@ for index in range(3):
 # The first critical curves and caustics
 # --------------------------------------
 #
-# ``caustics`` finds the zeros in all directions, to the last digit that the computer can represent, and joins them.
-# There are infinitely many such curves, since lines of sight may run round the hole any number of times. They are
-# numbered from the outside by their *order*: the *primary* one lies between index 0 and 1, the *secondary* between 1
-# and 2, the *tertiary* between 2 and 3, and so on.
+# ``caustics`` finds the zeros in all directions, to the last digit that the computer can represent, and joins them
+# into curves. There are infinitely many such curves, since lines of sight may run round the hole any number of times.
+# They are numbered from the outside inward by their *order*: the *primary* curve lies between index 0 and 1, the
+# *secondary* between 1 and 2, the *tertiary* between 2 and 3, and so on.
 
 caustics = kc.caustics(camera, orders=3)
 ax = caustics.plot(sky="camera")
@@ -92,25 +93,25 @@ plt.show()
 
 # %%
 # These *critical curves* on the camera's sky, round the shadow, show where to look. The lines of sight in these
-# directions land among the stars, on the *caustics*: those of the primary critical curve on the primary caustic, and so
-# on, point by point.
+# directions land among the stars, on the *caustics*: each point of the primary critical curve has its point on the
+# primary caustic, and so on for the other orders.
 
 caustics.plot()
 plt.show()
 
 # %%
-# The primary one is tiny, half a degree wide, on the far side of the hole. If the hole did not spin it would be a
-# single point, exactly behind it; the spin drags light along, and pulls the point apart. Light that ran round the
-# hole more often was dragged further: the tertiary caustic winds five times round the whole sky. Here are the number
-# of turns and the error of each caustic:
+# The primary caustic is tiny, half a degree wide, on the far side of the hole. If the hole did not spin, this caustic
+# would be a single point, exactly behind the hole; the spin drags light along, and pulls the point apart. Light that
+# runs round the hole more often is dragged further: the tertiary caustic winds five times round the whole sky. Here are
+# the number of turns and the error of each caustic:
 
 for caustic in caustics:
     print(f"{caustic.order}: {caustic.kind}, {caustic.circuits:.4f} circuits, error {caustic.error:.0e} rad")
 
 # %%
-# Each has four tips, called *cusps*; the cup's line has one. All the rest of a caustic is a *fold*. When a star crosses
-# a fold, two images meet and vanish, or are born, depending on which way it goes. When it leaves through the very tip
-# of a cusp, three images meet, and one goes on.
+# Each caustic has four tips, called *cusps*; the bright line in the cup has one. Everywhere else a caustic is a *fold*.
+# When a star crosses a fold, two images meet and vanish, or are born, depending on which way it goes. When it leaves
+# through the very tip of a cusp, three images meet, and only one is left.
 
 caustics[0].plot()
 plt.show()
@@ -122,7 +123,7 @@ plt.show()
 # Take a small grid of directions across the secondary critical curve, long in the direction in which the beam is
 # squeezed, short in the other one. (``jacobian`` is the matrix that says where a small step on the camera's sky
 # lands; its singular vectors are the two directions.) Where does the grid land on the celestial sphere? There we
-# measure from one point of the caustic, along the caustic and across it.
+# measure distances from one point of the caustic, along the caustic and across it.
 
 from kerrcaustics.draw.style import index_colour
 
@@ -163,16 +164,17 @@ plt.show()
 # %%
 # This piece of the camera's sky is folded along the critical curve like a sheet of paper; the fold lies on the
 # caustic (black). A star on one side of it lies under both layers: it is seen twice in this piece, once mirrored, in
-# the layer that is turned over. A star on the other side is not seen in this piece at all, but elsewhere on the
+# the layer that is turned over. A star on the other side is not seen in this piece at all, only elsewhere on the
 # camera's sky.
 
 # %%
 # The numbers of a beam
 # ---------------------
 #
-# You have met most of the numbers of a beam by now. A result that stands alone on the last line of a cell shows all of
-# them: here the smallest and the largest value of each for the first three lines of sight. ``index``, ``delta_minus``
-# and ``magnification`` are as above; ``parity`` is −1 where the picture is mirrored; ``redshift`` is the frequency that
-# the camera sees divided by that of the source. The `Python reference <../api.html>`_ explains the rest.
+# You have met most of the numbers of a beam by now. When a result stands alone on the last line of a cell, the notebook
+# shows all of its numbers: here, the smallest and the largest value of each for the first three lines of sight.
+# ``index``, ``delta_minus`` and ``magnification`` are as above; ``parity`` is −1 where the picture is mirrored;
+# ``redshift`` is the frequency that the camera sees divided by that of the source. The `Python reference
+# <../api.html>`_ explains the rest.
 
 beams

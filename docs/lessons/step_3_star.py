@@ -27,8 +27,8 @@ before = kc.star_images(camera, star=(math.radians(77), math.radians(-60)), max_
 before
 
 # %%
-# ``certified`` is true. The images were searched for, and the number that must exist was counted without a search,
-# from the caustics alone: from how often each runs round the star. The two numbers agree, so no image is missing.
+# ``certified`` is true. The images were found by a search; how many there must be was determined without one, from the
+# caustics alone: from how often each of them runs round the star. The two numbers agree, so no image is missing.
 #
 # Five degrees further on
 # -----------------------
@@ -38,8 +38,8 @@ print("before", before.per_index)
 print("after ", after.per_index)
 
 # %%
-# A pair has appeared: one image of index 1, which is mirrored, and one of index 2, which is not. The circles mark the
-# two: before, there was no image this close to them. The secondary critical curve runs between them.
+# A pair has appeared: one image of index 1, which is mirrored, and one of index 2, which is not. The circles mark these
+# two images: before, there was no image near them. The secondary critical curve runs between them.
 
 from kerrcaustics.draw.projection import about_shadow
 
@@ -62,7 +62,7 @@ plt.show()
 # When exactly?
 # -------------
 #
-# The camera circles the hole, so it sees all stars go round the other way: the φ′ of a star falls. ``pair_events``
+# The camera circles the hole, so it sees all stars go round the other way: φ′ of a star decreases. ``pair_events``
 # finds the moments when a star crosses a caustic.
 
 events = kc.pair_events(camera, math.radians(77))

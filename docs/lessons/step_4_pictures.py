@@ -48,8 +48,8 @@ plt.show()
 # A disk
 # ------
 #
-# Glowing gas circles the hole in the plane of its equator, from radius 9.26 to 18.7. We look from afar, from just above
-# that plane.
+# Glowing gas circles the hole in the plane of its equator, from radius 9.26 to 18.7. We look at it from far away, just
+# above that plane.
 
 far = kc.Camera(spin=0.6, radius=74.1, inclination=1.51, velocity="static")
 disk = kc.disks.Disk(inner=9.26, outer=18.70, emission=kc.disks.BlackBody(4500))

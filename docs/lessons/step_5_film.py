@@ -48,7 +48,7 @@ plt.show()
 
 # %%
 # The stars drift past. Outside the primary critical curve they all go one way; inside it they circle round two
-# places on either side of the shadow, where the poles about which the sky turns are seen.
+# places, one on either side of the shadow, at which the poles of the turning sky are seen.
 #
 # The film
 # --------
@@ -104,8 +104,8 @@ plt.axis("off")
 plt.show()
 
 # %%
-# Where to go on
-# --------------
+# Where to go next
+# ----------------
 #
 # `How do I ...? <../howto.html>`_ answers short questions; `Scene files <../scene_files.html>`_ lists everything a
 # scene can contain; `Films <../films.html>`_ has ready-made films. All terms introduced here are in the `glossary

@@ -3,7 +3,7 @@
 ===================================
 
 On a caustic a point-like star would be infinitely bright. Two things prevent that: the star has a size, and light
-has a wavelength. We move one star across a fold of the secondary caustic, and measure both.
+has a wavelength. We move one star across a fold of the secondary caustic, and measure both effects.
 """
 
 # %%
@@ -67,9 +67,9 @@ plt.show()
 # Waves
 # -----
 #
-# ``amplification`` is the field of the star's waves, divided by that without the hole. Its squared modulus is the
-# brightness of a point source, and is finite. The wave of the bright image of index 0 is subtracted, to show the pair
-# alone.
+# ``amplification`` is the field of the star's waves, divided by what the field would be without the hole. Its squared
+# modulus is the brightness of a point source, and is finite. The wave of the bright image of index 0 is subtracted, to
+# show the pair alone.
 
 figure, ax = plt.subplots(figsize=(6, 3.4), layout="constrained")
 way = np.linspace(-0.06, 0.12, 91)
@@ -88,4 +88,4 @@ plt.show()
 # %%
 # At d < 0 the images that are always there interfere with one another. Inside the caustic the pair joins them: its two
 # waves form one hump at the caustic, beginning a little outside it, and interfere farther in. The higher the frequency,
-# the narrower the fringes. More: :doc:`../extended_sources` and :doc:`../waves`.
+# the narrower the fringes. For more, see :doc:`../extended_sources` and :doc:`../waves`.

@@ -11,8 +11,9 @@ and the *curve* determines how much of that range a screen shows.
 # Four pictures of the same light
 # -------------------------------
 #
-# ``render`` takes seconds, but showing its light again takes almost no time: render once, then experiment. By default,
-# ``exposure="auto"``, everything that shows light chooses an exposure from it; a number sets your own.
+# ``render`` takes seconds, but showing its light again takes almost no time: render once, then experiment. With the
+# default, ``exposure="auto"``, every function that shows light chooses an exposure to suit it; a number sets an
+# exposure of your own.
 
 import matplotlib.pyplot as plt
 
@@ -41,15 +42,16 @@ plt.show()
 # ---------------
 #
 # At exposure 1 nearly everything is white: the light of a star field is in units of a star of magnitude 0 per
-# steradian, and a pixel is a small part of one. On the linear curve, bright enough light is clipped at white and loses
-# its colour; ``asinh`` keeps the hue, lifts faint light and leaves room for bright light. Stars look best with it,
-# a disk or a checkerboard alone with ``linear``.
+# steradian, and a pixel is a small part of a steradian. On the linear curve, bright enough light is clipped at white
+# and loses its colour; ``asinh`` keeps the hue, lifts faint light and leaves room for bright light. Stars look best
+# with ``asinh``, a disk or a checkerboard alone with ``linear``.
 #
 # A number of your own
 # --------------------
 #
-# ``auto_exposure`` returns the number, and ``clipped_fraction`` the fraction of pixels that is then clipped at white;
-# more than a few per cent is too much. ``tone_mapped`` makes the bytes of a picture file.
+# ``auto_exposure`` returns the exposure that would be chosen, and ``clipped_fraction`` the fraction of pixels that are
+# clipped at white with a given exposure; more than a few per cent is too much. ``tone_mapped`` makes the bytes of a
+# picture file.
 
 exposure = kc.pictures.auto_exposure(stars.light, curve="asinh")
 for stops in (-2, 0, 2):
@@ -64,7 +66,7 @@ picture = kc.pictures.tone_mapped(stars.light, exposure=exposure, curve="asinh")
 # the automatic exposure changes smoothly.
 #
 # In a scene file the exposure is in the table ``light``; values left out are chosen from the light, and
-# ``kerrcaustics render`` prints the number and how much is clipped:
+# ``kerrcaustics render`` prints the exposure and how much of the picture is clipped:
 #
 # .. code-block:: toml
 #
@@ -72,6 +74,7 @@ picture = kc.pictures.tone_mapped(stars.light, exposure=exposure, curve="asinh")
 #     exposure = 0.0004   # by default "auto"
 #     curve = "asinh"     # the default with stars
 #
-# A disk in front of stars needs a ``brightness`` of some hundred or more (by default 600). The light itself, before any
-# exposure, is kept by ``kerrcaustics render scene.toml --output scene.exr``, for programs that process raw light. More
-# is in `Light and colour <../scenes.html#light-and-colour>`_ and `Exposure <../scene_files.html#exposure>`_.
+# A disk in front of stars needs a ``brightness`` of a few hundred or more (the default is 600).
+# ``kerrcaustics render scene.toml --output scene.exr`` keeps the light itself, before any exposure, for programs that
+# process raw light. For more, see `Light and colour <../scenes.html#light-and-colour>`_ and `Exposure
+# <../scene_files.html#exposure>`_.

@@ -2,16 +2,17 @@
 Show a panorama of your own
 ===========================
 
-**Goal:** your picture of a whole sky behind the hole, the right way round and with the right place behind it.
+**Goal:** a panorama of your own as the sky behind the hole, the right way round and with the right part of it directly
+behind the hole.
 """
 
 # %%
 # A picture to try
 # ----------------
 #
-# A panorama is twice as wide as it is high: it spans the whole horizon, from the north pole at the top to the south
-# pole at the bottom. It is seen from inside, like photographs of the sky. Here is one with words, which show at once
-# whether the sky is mirrored. To use a file instead: ``kc.skies.Panorama.read("sky.jpg")``.
+# A panorama is twice as wide as it is high: it spans the full circle of the horizon, and reaches from the north pole at
+# the top to the south pole at the bottom. It shows the sky as seen from inside, as photographs do. Here is one with
+# words, which show at once whether the sky is mirrored. To use a file instead: ``kc.skies.Panorama.read("sky.jpg")``.
 
 import matplotlib.pyplot as plt
 import numpy as np

@@ -83,4 +83,4 @@ plt.show()
 # ``direction`` follows one line of sight to the celestial sphere; if the line is captured, the result is ``nan``, and
 # so is its gradient. Searches for images and caustics are not differentiated. ``kc.functional.images`` follows images
 # already found, ``event_time`` is the time at which a star meets a caustic, and ``magnification`` is the light of a
-# disc, even while it crosses a caustic. More is in the `Python reference <../api.html#derivatives>`_.
+# disc, even while it crosses a caustic. For more, see the `Python reference <../api.html#derivatives>`_.

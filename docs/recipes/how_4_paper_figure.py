@@ -49,7 +49,7 @@ plt.show()
 # What to look at
 # ---------------
 #
-# In (a) the critical curves crowd toward the shadow, more so at higher order. The four tips of (b) are cusps,
+# In (a) the critical curves crowd toward the shadow, more so at higher order. The four tips in (b) are cusps,
 # lettered along the curve; the long one points back along the direction in which the hole drags the light. Here are the
 # numbers for a caption or a table, with errors:
 
@@ -60,5 +60,5 @@ print(f"widths {np.degrees(secondary.theta_extent):.6f} by {np.degrees(secondary
 print(f"error {np.degrees(secondary.error):.0e} deg, {secondary.circuits:.4f} circuits")
 
 # %%
-# ``figure.savefig("figure_9.pdf")`` writes a PDF, which stays sharp at any size; for a talk
+# ``figure.savefig("figure_9.pdf")`` writes a PDF, which stays sharp at any size; for a talk, use
 # ``figure.savefig("figure_9.png", dpi=200)``. In the caption, state the hole's spin and the camera, and cite JTFT.

@@ -2,7 +2,7 @@
 Use kerrcaustics in a classroom
 ===============================
 
-**Goal:** an hour in which a class sees why a black hole shows a star many times, and predicts how often.
+**Goal:** an hour in which a class sees why a black hole makes many images of one star, and predicts how many.
 """
 
 # %%
@@ -30,7 +30,7 @@ Use kerrcaustics in a classroom
 #
 # A picture for the board: the secondary caustic, and five places for a star. For each of them, how many images of index
 # 0 and 1 does the camera see? (The terms are in the :doc:`glossary <../glossary>`. The primary caustic is tiny, and
-# lies to the side of all five places.)
+# lies away from all five places.)
 
 import math
 

@@ -32,10 +32,10 @@ class PhysicalScale:
     Parameters
     ----------
     mass : float
-        Of the hole, in solar masses; or a Quantity of astropy.
+        Mass of the hole, in solar masses; or a Quantity of astropy.
     distance : float, optional
-        From the observer, in parsec; or a Quantity of astropy. Only angles need it. For a hole at a cosmological
-        redshift z the angular diameter distance; received times are 1 + z times longer.
+        Distance from the observer, in parsec; or a Quantity of astropy. Only angles need it. For a hole at a
+        cosmological redshift z the angular diameter distance; received times are 1 + z times longer.
 
     Raises
     ------
@@ -45,7 +45,7 @@ class PhysicalScale:
     Errors
     ------
     Round-off: the constants are exact by definition (IAU 2012 B2, IAU 2015 B2 and B3, CODATA). The relative
-    errors of mass and distance carry over unchanged. A mass in kilograms adds that of G, 2.2e-5.
+    errors of mass and distance carry over unchanged. A mass in kilograms adds the error of G, 2.2e-5.
 
     Examples
     --------

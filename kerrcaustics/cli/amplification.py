@@ -52,7 +52,7 @@ def amplification(
     source_radius
         Radius of the sphere on which the star lies, in units of the mass; by default the celestial sphere.
     method
-        Method that is used: auto, images, fold, cusp, ring or line.
+        Method to use: auto, images, fold, cusp, ring or line.
     figure
         Save a plot of the modulus of the field against frequency to this file: .png, .pdf or .svg.
     table

@@ -55,7 +55,7 @@ def caustics(
     Parameters
     ----------
     orders
-        Number of caustics: 1 primary, 2 secondary, 3 tertiary, and so on.
+        Number of caustics: 1 for the primary alone, 2 to add the secondary, 3 to add the tertiary, and so on.
     engine
         Engine that traces the beams.
     tolerance
@@ -94,7 +94,7 @@ def caustics(
 
 @app.command(**with_examples("demo", "demo --output pictures"))
 def demo(*, output: FileName = Path("demo"), common: CommonOptions = COMMON) -> None:
-    """Compute and draw the first three caustics of a = 0.999 at r = 6.03 and at r = 2.6 (JTFT figs 4, 5, 8, 9).
+    """Compute and draw the first three caustics for a = 0.999 at r = 6.03 and at r = 2.6 (JTFT figs 4, 5, 8, 9).
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def demo(*, output: FileName = Path("demo"), common: CommonOptions = COMMON) -> 
     out.print("Pictures:")
     for picture in pictures:
         say(out, f"  {picture}")
-    say(out, "Next, all images of a star within a caustic: kerrcaustics images --spin 0.999 --radius 2.6 --star 90 141")
+    say(out, "Now find all images of a star in a caustic: kerrcaustics images --spin 0.999 --radius 2.6 --star 90 141")
 
 
 def _draw(curves: "CausticSet", path: Path) -> None:

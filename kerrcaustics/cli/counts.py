@@ -90,14 +90,14 @@ def counts(
     circle
         Find the images (curves) of the great circle with this normal: theta', phi' in degrees.
     rows
-        With --map: number of cells from pole to pole, with twice as many in phi'. In the plane: number of circles,
-        about one second each.
+        With --map: number of cells from pole to pole, with twice as many in phi'. With --plane: number of circles,
+        each of which takes about one second.
     line
-        With --circle: count the crossings with the line that starts at this point of the shadow edge and runs straight
-        away from the hole, degrees: 0 at the prograde edge, 180 at the retrograde one.
+        With --circle: count the crossings with the line that starts at this point of the shadow edge, in degrees (0 at
+        the prograde edge, 180 at the retrograde one), and runs straight away from the hole.
     figure
         With --map: save the map with the caustics to this file: .png, .pdf or .svg. With --circle: save the images of
-        the circle, the crossings with --line, and the circle among the caustics.
+        the circle, the crossings with the line if --line is given, and the circle among the caustics.
     points
         With --circle: include the points of the curves in the JSON.
     """

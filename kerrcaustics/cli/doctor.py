@@ -79,7 +79,7 @@ def _opengl(tried: bool) -> dict[str, Any]:
         check_opengl()
     except NoOpenGLError as error:
         return {"works": False, "advice": str(error)}
-    return {"works": True, "advice": "draws without a screen"}
+    return {"works": True, "advice": "works without a screen"}
 
 
 def _cache() -> dict[str, Any]:
@@ -104,7 +104,7 @@ def _print(entry: dict[str, Any], out: Console) -> None:
     cache = entry["cache"]
     content = f"{cache['programs']} compiled programs, {cache['bytes'] / 1e6:.0f} MB"
     if cache["unsafe"]:
-        mend = "every start compiles again (fix this, or set XDG_CACHE_HOME to a folder of your own)"
+        mend = "programs are compiled at every start (fix this, or set XDG_CACHE_HOME to a folder of your own)"
         say(out, f"Cache: {cache['folder'] or 'none'}: not used, as {cache['unsafe']}: {mend}")
     else:
         unkept = "" if cache["writable"] else "; it is not writable: missing programs are compiled again at every start"

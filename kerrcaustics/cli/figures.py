@@ -24,7 +24,7 @@ def figures(*names: str, output: FileName | None = None, common: CommonOptions =
     names
         Names of the figures' scripts; by default all of them.
     output
-        Folder for the files, by default figures/out of a checkout, else kerrcaustics-figures; created if missing.
+        Folder for the files, by default figures/out in a checkout, else kerrcaustics-figures; created if missing.
     """
     from kerrcaustics.scripts import FIGURES, figures_folder
 

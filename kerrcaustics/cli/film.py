@@ -145,7 +145,7 @@ def _check_name(name: str, count: int | None, quality: Quality | None, resizing:
         if not os.path.isfile(scene):
             raise BadInput(f"Argument NAME must be a scene file or the name of a film, but there is no file {name}.")
         if count is not None:
-            raise BadInput(f"Argument --frames must be A:B for a scene, which says how many there are, but is {count}.")
+            raise BadInput(f"Argument --frames must be A:B for a scene, which sets the number itself, but is {count}.")
         return
     from kerrcaustics.scene_files.templates import film_templates
     from kerrcaustics.scripts import FILMS

@@ -59,7 +59,7 @@ def light_curve(
     common: CommonOptions = COMMON,
     points: Flag = False,
 ) -> None:
-    """Follow the light of a source on an orbit, image by image: flux, centroid, creations of images.
+    """Follow the light of a source on an orbit, image by image: flux, centroid, creation of images.
 
     The camera is static unless --velocity is given; with --radius inf it is an observer at infinity.
 
@@ -89,8 +89,8 @@ def light_curve(
     figure
         Save a plot of the light curve and the images to this file: .png, .pdf or .svg.
     film
-        Write a film of one orbit of a spot to this file: .mp4 or .gif. Its curve has the resolution of --times. An
-        interrupted film resumes.
+        Write a film of one orbit of a spot to this file: .mp4 or .gif. The light curve in it has as many points as
+        --times says. An interrupted film resumes when the command is run again.
     restart
         Discard the existing frames of an unfinished film and draw all of them again.
     table

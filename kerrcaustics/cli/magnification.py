@@ -47,7 +47,7 @@ def magnification(
     common: CommonOptions = COMMON,
     points: Flag = False,
 ) -> None:
-    """Compute the magnification and the image shapes of a star of finite size, also on a caustic.
+    """Compute the magnification and the image shapes of a star of finite size, even on a caustic.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def magnification(
         in the plane.
     profile
         Brightness from the centre to the limb: uniform, linear:u or quadratic:u1,u2 for limb darkening,
-        gaussian:width for a Gaussian whose standard deviation is width radii of the star.
+        gaussian:width for a Gaussian whose standard deviation is width times the radius of the star.
     power
         The light scales as the frequency ratio to this power: 0 for the magnification alone, 4 for the light of all
         frequencies.

@@ -127,8 +127,8 @@ class SourceOptions:
     source_radius
         Radius of the sphere on which the sources lie, in units of the mass; by default the celestial sphere.
     plane
-        Sources in the equatorial plane instead, seen by rays that cross the plane at the source for the n-th time, with
-        n this number. The place of a source is then r and phi.
+        Sources in the equatorial plane instead, seen by rays that cross the plane at the source for the n-th time,
+        where n is this number. The place of a source is then r and phi.
     """
 
     source_radius: float | None = None
@@ -215,9 +215,9 @@ class WorkerOptions:
     Attributes
     ----------
     workers
-        Number of processes on this machine that compute; by default only one, this process itself.
+        Number of processes to use on this machine; by default only one, this process itself.
     scheduler
-        Compute on the Dask cluster with this scheduler, such as tcp://host:8786, whose workers see the same files.
+        Compute on the Dask cluster with this scheduler, such as tcp://host:8786; its workers must see the same files.
     """
 
     workers: WholeNumber | None = None

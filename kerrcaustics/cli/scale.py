@@ -7,7 +7,7 @@ from kerrcaustics.cli.terminal import plain_errors, say
 
 @app.command(**with_examples("scale --mass 4.3e6 --distance 8180"))
 def scale(*, mass: float, distance: float | None = None, common: CommonOptions = COMMON) -> None:
-    """Print one M in seconds, metres, astronomical units and, at a distance, microarcseconds.
+    """Print one M in seconds, metres, astronomical units and, if a distance is given, microarcseconds.
 
     Parameters
     ----------

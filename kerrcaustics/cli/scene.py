@@ -25,7 +25,7 @@ def scene(*, template: str | None = None, common: CommonOptions = COMMON) -> Non
     if template is None:
         common.write({"schema": "kerrcaustics/templates/1", "templates": templates})
         out = common.console()
-        say(out, "kerrcaustics scene --template NAME > scene.toml prints one of these:")
+        say(out, "kerrcaustics scene --template NAME > scene.toml saves one of these templates:")
         for name, line in templates.items():
             say(out, f"  {name:<14}{line}")
         return

@@ -19,7 +19,7 @@ class Cusp(Shown):
 
     sky: np.ndarray = quantity("axis", "1", "direction N on the camera sky; of an Observer (alpha, beta)")
     celestial: np.ndarray = quantity(
-        "angle", "rad", "theta', phi' of the sphere, phi' unwrapped", json="theta_deg phi_deg", column=""
+        "angle", "rad", "theta', phi' on the sphere, phi' unwrapped", json="theta_deg phi_deg", column=""
     )
     error: float = quantity("", "rad", "error of celestial")
 
@@ -33,12 +33,12 @@ class Cusp(Shown):
 class Caustic(Shown):
     """A critical curve on the camera sky and its image on the surface of the sources.
 
-    The extremes are refined between the points. On spheres phi' is unwrapped so that the curve closes: rays with b > 0
-    have an additional 2 pi order. In the plane a curve is one piece of the section of a caustic tube; cusps are not
-    searched for there, and an order may have several pieces or none.
+    The extremes are refined between the points. On spheres phi' is unwrapped so that the curve closes: 2 pi times the
+    order is added for rays with b > 0. In the plane a curve is one piece of the section of a caustic tube; cusps are
+    not searched for there, and an order may have several pieces or none.
     """
 
-    camera: Viewer = quantity("", "", "who sees it", json="", column="")
+    camera: Viewer = quantity("", "", "the viewer", json="", column="")
     order: int = quantity(
         "", "1", "1 primary, 2 secondary, 3 tertiary, and so on: between Morse index order - 1 and order"
     )
@@ -67,17 +67,17 @@ class Caustic(Shown):
     closed: bool = quantity("", "1", "True when the whole curve was found and its ends meet")
     error: float = quantity("", "rad", "estimated error of place and of the extremes, relative in r")
     residual: float = quantity("", "1", "largest delta_minus / delta_plus on the critical curve")
-    remarks: tuple[str, ...] = quantity("", "", "what was missed or is unusual, in words; otherwise empty")
-    surface: End = quantity("", "", "where the sources lie", json="", column="", default=SKY)
+    remarks: tuple[str, ...] = quantity("", "", "remarks on what was missed or is unusual; otherwise empty")
+    surface: End = quantity("", "", "surface on which the sources lie", json="", column="", default=SKY)
     r_min: float = quantity("", "GM/c^2", "least radius; that of the sphere", default=math.inf)
     r_max: float = quantity("", "GM/c^2", "largest radius; that of the sphere", default=math.inf)
     ends: tuple[str, ...] = quantity(
         "",
         "",
-        'where an open curve of the plane leaves the radii that were searched: "horizon" or "infinity"; else empty',
+        'sides on which an open curve in the plane leaves the searched radii: "horizon" or "infinity"; else empty',
         default=(),
     )
-    lost: int = quantity("", "1", "points of a curve of the plane that could not be found and are left out", default=0)
+    lost: int = quantity("", "1", "points of a curve in the plane that could not be found and are left out", default=0)
     certified: bool = quantity("", "1", "True when the whole curve was found, with all its cusps", default=False)
 
     @property
@@ -121,11 +121,11 @@ class CausticSet(Items[Caustic]):
         "orders that were requested and not found; empty in the plane, where an order may have no curve",
         json="missing_orders",
     )
-    surface: End = quantity("", "", "where the sources lie", json="", column="", default=SKY)
+    surface: End = quantity("", "", "surface on which the sources lie", json="", column="", default=SKY)
 
     @property
     def lost(self) -> tuple[int, ...]:
-        """Orders that exist and are missing: not the primary one where camera and sources both lie at infinity."""
+        """Missing orders that exist: the primary one does not where camera and sources both lie at infinity."""
         first = int(domain_of(self.surface, self.camera).unbounded)
         return tuple(order for order in self.missing if order > first)
 

@@ -97,7 +97,7 @@ class CriticalCurve:
 class CriticalCurves:
     """The critical curves of one map, primary first; those that could not be found are left out.
 
-    orders: number that was wanted; curves; beams: number of those traced; engines: what traced them.
+    orders: the number requested; curves; beams: the number traced; engines: those that traced them.
     """
 
     map: SearchMap
@@ -116,7 +116,7 @@ class CriticalCurves:
         return leaves(self.map)
 
     def on(self, surface: End) -> "CriticalCurves":
-        """The same curves, their caustics in the coordinates of a surface of the same shape."""
+        """The same curves, with their caustics in the coordinates of a surface of the same shape."""
         if surface == self.map.surface:
             return self
         curves = tuple(replace(curve, points=curve.points.on(surface)) for curve in self.curves)
@@ -142,7 +142,7 @@ class CriticalCurves:
 def critical_curves(
     camera: Viewer, orders: int, engine: str = "auto", tolerance: float = TOLERANCE, *, surface: End = SKY
 ) -> CriticalCurves:
-    """Critical curves of order 1 .. orders of a camera at some event, as far as they can be found; kept for the next.
+    """Critical curves of order 1 .. orders of a camera at an event, as far as they can be found; kept for later calls.
 
     Parameters as for `caustics`; surface: a sphere, as a first arrival. The camera's velocity does not matter.
     """
@@ -151,7 +151,7 @@ def critical_curves(
 
 
 def curves_of(search_map: SearchMap, orders: int) -> CriticalCurves:
-    """The same of a map."""
+    """The critical curves of a map, as by `critical_curves`."""
     surface = search_map.surface
     return _found(replace(search_map, surface=surface.bare()), orders).on(surface)
 
@@ -165,7 +165,7 @@ def _found(search_map: SearchMap, orders: int) -> CriticalCurves:
 
 
 def forget() -> None:
-    """Forget the curves that were found: for who times the finding."""
+    """Forget the curves that were found, so that a new search can be timed."""
     _found.cache_clear()
 
 
@@ -221,8 +221,8 @@ def _bracket(
 def between(search: Search, curves: dict[int, Points], edge_phases: dict[int, Float[Array, " _"]]) -> dict[int, Points]:
     """Points at new parameters between those of the curves, all orders at once; missed ones are left out.
 
-    `curves` must reach beyond the new parameters. Steps from a spline through the known points, and a
-    bracketing search where they fail.
+    `curves` must reach beyond the new parameters. The points are found by steps from a spline through the known points,
+    and by a bracketing search where the steps fail.
     """
     order = np.concatenate([np.full(len(edge_phase), k) for k, edge_phase in edge_phases.items()])
     edge_phase = np.concatenate(list(edge_phases.values()))
@@ -311,12 +311,12 @@ def check_index(domain: Domain, max_index: int) -> None:
 
 
 def with_ring_at_infinity(curves: CriticalCurves) -> CriticalCurves:
-    """The curves, with the ring at infinity as the first one if there is one: a point.
+    """The curves, preceded by the ring at infinity, which is a point, if there is one.
 
     The primary critical curve of an observer for sources on the celestial sphere is, seen from the radius r, Einstein's
-    ring, of radius 2 sqrt(r), and what is seen directly lies beyond it. At infinity the ring, and all beyond, is the
-    point at infinite (alpha, beta), and its caustic, whose size falls as 1 / r^2, is the direction opposite to the
-    observer: rays with an impact parameter b lead to 4 / b beside it.
+    ring, of radius 2 sqrt(r), and what is seen directly lies beyond it. At infinity the ring, with all beyond it, is
+    the point at infinite (alpha, beta), and its caustic, whose size falls as 1 / r^2, is the direction opposite to the
+    observer: rays with an impact parameter b end at the angle 4 / b from it.
     """
     domain, camera = curves.domain, curves.map.camera
     if not domain.unbounded:

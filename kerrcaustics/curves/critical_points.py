@@ -71,7 +71,7 @@ class Points(Rows):
         return self.error / np.maximum(np.sin(self.theta), self.error)
 
     def on_curve(self) -> Bool[Array, " points"]:
-        """True where the minor diameter has vanished; false too where the beam is captured."""
+        """True where the minor diameter has vanished; also false where the beam is captured."""
         return np.abs(self.ratio) < _RESIDUAL
 
     def each(self) -> list["Points"]:
@@ -79,7 +79,7 @@ class Points(Rows):
         return [self[i : i + 1] for i in range(len(self))]
 
     def shifted(self, turns: int) -> "Points":
-        """The same points, named by parameters that are whole turns larger."""
+        """The same points, with parameters that are whole turns larger."""
         return replace(self, edge_phase=self.edge_phase + 2 * np.pi * turns)
 
     def on(self, surface: End) -> "Points":
@@ -118,8 +118,8 @@ class Search:
         """Morse index (a large number where captured) and delta_minus / delta_plus at (edge phase, depth).
 
         Beams that leave close to the principal null directions turn through less than half a circle and meet no
-        conjugate point: they are not traced, and their ratio is given as 1. So are those that never come down again to
-        the camera's own radius, and those far out on a screen.
+        conjugate point: they are not traced, and their ratio is given as 1. The same holds for those that never come
+        down again to the camera's own radius, and for those far out on a screen.
         """
         line_of_sight, second_arrival = self.domain.line_of_sight(edge_phase, depth)
         index, ratio = np.zeros(line_of_sight.shape[:-1], int), np.ones(line_of_sight.shape[:-1])
@@ -160,7 +160,7 @@ class Search:
     ) -> tuple[Float[Array, "orders lines"], Float[Array, "orders lines"], dict[int, list[str]]]:
         """Depths above and below the curves of order 1 .. orders on each line, and remarks by order.
 
-        The search goes down the lines by itself until every curve has been passed. NaN where it was not.
+        The search goes down the lines by itself until every curve has been passed. NaN for a curve that was not.
         """
         depth = np.arange(0, _SEARCH_DEPTH * orders, _SEARCH_STEP)
         index = np.empty((0, len(edge_phase)), int)
@@ -193,9 +193,9 @@ class Search:
     ) -> tuple[Points, Bool[Array, " lines"]]:
         """Points on the curves of the given orders, one on each line, between depths low and high.
 
-        Brackets are narrowed on coarse beams first, all at once, then steps on beams at the full tolerance; a
-        bracketing root-finder where these lead nowhere.
-        Returns the points whose bracket held a root, and which of the requested ones they are.
+        Brackets are first narrowed on coarse beams, all at once; then come steps on beams at the full tolerance, and a
+        bracketing root-finder where these lead nowhere. Returns the points whose bracket held a root, and which of the
+        requested ones they are.
         """
         from scipy.optimize import elementwise
 
@@ -249,7 +249,7 @@ class Search:
     def polished(
         self, edge_phase: Float[Array, " points"], order: Int[Array, " points"], depth: Float[Array, " points"]
     ) -> Points:
-        """Points on the curves from depths that are close already: steps down to round-off."""
+        """Points on the curves, refined from depths that are already close, by steps down to round-off."""
         depth, active = depth.copy(), np.arange(len(edge_phase))
         for _ in range(_MOST_STEPS):
             step, difference = self._step(edge_phase[active], depth[active])

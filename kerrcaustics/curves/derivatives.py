@@ -47,23 +47,23 @@ class CausticDerivatives(Shown):
     In the plane a caustic is one piece of a section, whose cusps are not searched for.
     """
 
-    order: int = quantity("", "1", "that of the caustic")
+    order: int = quantity("", "1", "order of the caustic")
     parameters: tuple[str, ...] = quantity(
         "parameter",
         "",
         "parameters of the derivatives, angles in radians: spin, radius, inclination (no radius for an Observer at "
         "infinity)",
     )
-    cusps: Array = quantity("cusp_number angle parameter", "1", "of (theta', unwrapped phi') of the cusps")
-    theta_min: Array = quantity("parameter", "1", "of the least theta'; 0 in the plane")
-    theta_max: Array = quantity("parameter", "1", "of the largest theta'; 0 in the plane")
-    r_min: Array = quantity("parameter", "1", "of the least radius; 0 on a sphere")
-    r_max: Array = quantity("parameter", "1", "of the largest radius; 0 on a sphere")
-    phi_min: Array = quantity("parameter", "1", "of the least phi'")
-    phi_max: Array = quantity("parameter", "1", "of the largest phi'")
-    error: float = quantity("", "1", "estimated error of all of them, relative to the largest of each")
-    surface: End = quantity("", "", "where the sources lie", json="", column="")
-    remarks: tuple[str, ...] = quantity("", "", "what is not known (NaN), and why", default=())
+    cusps: Array = quantity("cusp_number angle parameter", "1", "derivatives of (theta', unwrapped phi') of the cusps")
+    theta_min: Array = quantity("parameter", "1", "derivatives of the least theta'; 0 in the plane")
+    theta_max: Array = quantity("parameter", "1", "derivatives of the largest theta'; 0 in the plane")
+    r_min: Array = quantity("parameter", "1", "derivatives of the least radius; 0 on a sphere")
+    r_max: Array = quantity("parameter", "1", "derivatives of the largest radius; 0 on a sphere")
+    phi_min: Array = quantity("parameter", "1", "derivatives of the least phi'")
+    phi_max: Array = quantity("parameter", "1", "derivatives of the largest phi'")
+    error: float = quantity("", "1", "estimated error of all derivatives, relative to the largest of each")
+    surface: End = quantity("", "", "surface on which the sources lie", json="", column="")
+    remarks: tuple[str, ...] = quantity("", "", "remarks on what is unknown (NaN), and why", default=())
 
     @property
     @derived("parameter", "1")

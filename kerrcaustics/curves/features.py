@@ -49,7 +49,7 @@ _Root = tuple[int, float, float, float]
 def find_features(search: Search, curves: Iterable[CriticalCurve]) -> dict[int, Features]:
     """The cusps and the four extremes of each curve, by order.
 
-    Curves that are not much larger than their error have none: what is looked for would be noise.
+    Curves that are not much larger than their error have none: the search would find only noise.
     """
     features = {curve.order: Features({}, [], 0) for curve in curves}
     roots: list[_Root] = []
@@ -71,8 +71,8 @@ def find_features(search: Search, curves: Iterable[CriticalCurve]) -> dict[int, 
 def extreme_places(search: Search, curves: Iterable[CriticalCurve]) -> dict[tuple[int, str], tuple[Points, float]]:
     """The four extremes of each curve, by order and name: points at the nodes of a piece, and the place on it.
 
-    The points are those at `NODES`, and the place is on the same scale, -1 to 1. Missing are the extremes of curves
-    that are not much larger than their error, and those whose piece could not be traced.
+    The points are those at `NODES`, and the place is on the same scale, -1 to 1. The extremes of curves that are not
+    much larger than their error are missing, and so are those whose piece could not be traced.
     """
     models = _models(search, curves, tuple(_EXTREMES))
     places = {(order, name): points for (order, name, *_), points in models if points is not None}

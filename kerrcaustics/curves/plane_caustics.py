@@ -87,10 +87,11 @@ class _Section:
 
 @dataclass(frozen=True)
 class Extreme:
-    """An extreme of a curve: of the points near it, and its place among them.
+    """An extreme of a curve: the points near it, and its place among them.
 
     nodes: points at Chebyshev nodes of the edge phase, and place, from -1 to 1, the extreme among them; or one point,
-    the best one, if the extreme could not be refined or is an end of the curve. toward: where the curve ends there.
+    the best one, if the extreme could not be refined or is an end of the curve. toward: the side on which the curve
+    ends there, empty for others.
     """
 
     nodes: Crossings
@@ -110,7 +111,7 @@ class Extreme:
 def plane_caustics(
     camera: Viewer, surface: End, circles: Callable[..., Circles], orders: int
 ) -> tuple[tuple[Caustic, ...], int, set[str]]:
-    """Curves of order 1 to `orders` in which caustic tubes meet a crossing of the plane, and what beams it took.
+    """Curves of order 1 to `orders` in which caustic tubes meet a crossing of the plane, and the beams traced.
 
     circles: the circles of the crossing, on many lines or few.
     """

@@ -67,7 +67,7 @@ class CausticTube(Shown):
         "row line axis", "1", "camera-sky directions N of the rays through the points; of an Observer (alpha, beta)"
     )
     closed: bool = quantity("", "1", "True when the whole critical curve was found")
-    remarks: tuple[str, ...] = quantity("", "", "what was missed or is unusual, in words; otherwise empty")
+    remarks: tuple[str, ...] = quantity("", "", "remarks on what was missed or is unusual; otherwise empty")
 
     def __repr__(self) -> str:
         """Summary in one line: order and size."""

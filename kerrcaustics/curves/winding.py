@@ -34,11 +34,11 @@ _TURNS = np.array([-_TURN, 0.0, _TURN])
 
 @dataclass(frozen=True)
 class Winding:
-    """The winding of a caustic about stars, one entry a star.
+    """The winding of a caustic about stars, one entry for each star.
 
     count: signed crossings of the meridian from the star to the north pole; on_caustic: True where the star cannot be
-    distinguished from the caustic; distance: from the nearest known place of it; star, points: the points that were put
-    between those of the curve, and the star for which each was.
+    distinguished from the caustic; distance: from its nearest known point; star, points: the points that were put
+    between those of the curve, and the star for which each was added.
     """
 
     count: Int[Array, " stars"]
@@ -105,7 +105,7 @@ class _Sides(Rows):
 class CausticPolygon:
     """A caustic as a closed polygon, for counting stars inside it, with what every count needs of its sides.
 
-    middle, reach: circles that hold all that is close to a side; margin, azimuths: of the sides, as they have them.
+    middle, reach: circles that hold all that is close to a side; margin, azimuths: those of the sides.
     """
 
     curves: CriticalCurves
@@ -126,7 +126,7 @@ class CausticPolygon:
         return cls(curves, curve, sides, margin, (first + second) / 2, reach, sides.azimuths())
 
     def winding(self, star: Float[Array, "stars 3"]) -> Winding:
-        """The winding of the caustic about stars. One that is a point has no inside."""
+        """The winding of the caustic about stars. A caustic that is a point has no inside."""
         if self.curve.is_point:
             count, none = np.zeros(len(star), int), np.empty(0, int)
             return Winding(count, self._at_point(star), self.nearest(star), none, self.curve.points[none])

@@ -129,7 +129,7 @@ TERMS = {
     "inclination": "The angle between the spin axis and the direction from the hole to the camera: 90° on the equator.",
     "magnification": "How much brighter an image is than the star would be without a hole.",
     "Morse index": "The number of times a beam is squeezed to a line on its way: 0 for light that passes far from the "
-    "hole. It sorts images.",
+    "hole. It is used to classify images.",
     "order": "Of a critical curve or caustic: 1 is primary, the outermost; 2 secondary; 3 tertiary; and so on, ever "
     "closer to the shadow.",
     "parity": "+1 for an image the same way round as the star, −1 for a mirror image. The two images of a pair have "
@@ -138,8 +138,8 @@ TERMS = {
     "circle there divided by 2π.",
     "redshift": "The frequency seen by the camera divided by that of the source: below 1 redder, above 1 bluer.",
     "shadow": "The directions from which no light comes: rays there, followed backward, fall into the hole.",
-    "spin": "A hole has a mass, in units of which all lengths and times are measured, and a spin from 0 to just "
-    "below 1, with which it drags space round.",
+    "spin": "One of the two numbers that describe a hole: how strongly it drags space round, from 0 to just below 1. "
+    "The other is its mass, the unit in which all lengths and times are measured.",
     "track": "The path of an image across the camera sky while the camera goes round the hole.",
     "velocity": "Of a camera: circular, on a free circular orbit in the equatorial plane; fiducial, at rest as far as "
     "the spinning space allows; static, at rest relative to the stars.",

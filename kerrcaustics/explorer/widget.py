@@ -30,7 +30,8 @@ def explore(
     Parameters
     ----------
     spin, radius, inclination, velocity
-        The camera to begin with; as for `Camera`, but for velocities that are vectors. Spins to 0.9999, radii to 1000.
+        The camera to begin with; as for `Camera`, except that velocities cannot be vectors. Spins to 0.9999, radii to
+        1000.
     star : (theta', phi')
         Radians.
     size : float

@@ -36,7 +36,7 @@ def symmetric(sheets: Sheets) -> bool:
 
 
 class AxialLimb:
-    """The images of the limb of a disc on such a sky."""
+    """The images of the limb of a disc on a sky where all caustics are points."""
 
     def __init__(self, sheets: Sheets, circle: Circle) -> None:
         """Trace a line of rays for each index when it is first needed."""
@@ -47,7 +47,7 @@ class AxialLimb:
         self._images = [_SheetImages(sheets, sheet, axis, circle) for sheet in sheets.sheets[first:]]
 
     def arcs(self, wanted: float) -> BoundaryArcs:
-        """Arcs along all images; wanted: error of their areas in all, square radians."""
+        """Arcs along all images; wanted: error of the sum of their areas, square radians."""
         low, high = self._longitude[:-1], self._longitude[1:]
         count, parts = len(low), []
         for images in self._images:

@@ -22,7 +22,7 @@ _LASTING = 4
 
 @dataclass(frozen=True)
 class BoundaryArcs(Rows):
-    """Arcs on the search sky, an entry each.
+    """Arcs on the search sky, one entry each.
 
     index: Morse index of the images that they bound; left, right: numbers of the nodes at both ends; start, stop:
     directions there; points: directions at `NODES`; error: of the area beside the arc, square radians.

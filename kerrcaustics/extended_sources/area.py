@@ -92,17 +92,17 @@ def boundaries(
     Parameters
     ----------
     arcs : BoundaryArcs
-        Numbers of their nodes say which of them are connected.
+        The numbers of their nodes say which of them are connected.
     points : (arcs, nodes, axes) array
         Places of their nodes between both ends.
     error : (arcs,) array
-        Of the area beside each, in the units of the points.
+        Error of the area beside each, in the units of the points.
     sign : (arcs,) array
         1 where the image lies to the left of an arc, -1 where to the right.
     hole : (axes,) array
         The direction to the hole.
     weight : function, optional
-        Of the area; 1 if it is left out.
+        Weight of the area; 1 if omitted.
     """
     brightest = 1.0 if weight is None else weight(points).max(axis=1)
     parts = components(arcs)
@@ -119,13 +119,13 @@ def boundaries(
 
 
 def total(bounds: Sequence[Boundary], axes: int) -> tuple[Float[Array, " columns"], float]:
-    """The light within some boundaries, and the error of the first column; axes: of their places."""
+    """The light within some boundaries, and the error of the first column; axes: number of coordinates."""
     light = np.sum([np.zeros(axes + 1), *(one.light for one in bounds)], axis=0)
     return light, sum(one.error for one in bounds)
 
 
 def closed(arcs: BoundaryArcs, sign: Float[Array, " arcs"]) -> bool:
-    """True where as many arcs come to every node as leave it, with the image to the left, and all at one place."""
+    """True if, with the image to the left, as many arcs arrive at every node as leave it, all at one place."""
     most = 1 + max(arcs.left.max(), arcs.right.max())
     even = (np.bincount(arcs.left, sign, most) == np.bincount(arcs.right, sign, most)).all()
     ends = np.concatenate([arcs.start, arcs.stop])

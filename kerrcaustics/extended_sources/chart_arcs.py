@@ -44,8 +44,8 @@ LIMB, RIM = 0, -1
 class ChartArcs(Rows):
     """Arcs on the search sky.
 
-    arcs: their index is that of the images beside them, of critical curves the order; order: of the critical curve,
-    `LIMB` or `RIM`; sign: 1 where the images, or of critical curves those of lower index, lie to the left, else -1;
+    arcs: their index is that of the images beside them, or the order of a critical curve; order: of the critical curve,
+    `LIMB` or `RIM`; sign: 1 where the images (for critical curves, those of lower index) lie to the left, else -1;
     doubtful: True where a curve is lost.
     """
 
@@ -61,7 +61,7 @@ class ChartArcs(Rows):
 
 
 def arcs_along(patch: Patch, outline: Contours, wanted: float) -> ChartArcs:
-    """Arcs along the steps of contours; wanted: error of the area, a part of it, about."""
+    """Arcs along the steps of contours; wanted: error of the area, roughly, as a part of it."""
     steps, parts, area = outline.steps, [_none()], 0.0
     first, bad = outline.last_node + 1, []
     for halving in range(_MOST_HALVINGS + 1):
@@ -138,7 +138,7 @@ def extremes(patch: Patch, outline: Contours) -> Float[Array, " extremes"]:
 
 
 def rim_arcs(patch: Patch, outline: Contours, first: int) -> ChartArcs:
-    """Arcs of the rim of a chart on which it leads to the disc; first: number of the first new node."""
+    """Arcs of the rim of a chart, where it leads to the disc; first: number of the first new node."""
     if not patch.rim:
         return _none()
     height = patch.high if patch.rim > 0 else patch.low

@@ -27,9 +27,9 @@ _TIGHT = {"xatol": 1e-15, "xrtol": 1e-15}
 class OnCurves:
     """Places on curves, at parts of chords.
 
-    place: on the chart; rays: the rays there, one after another; slope: by how much what vanishes on the curve grows to
-    the left over the length of the chord; error: of the directions across the curve, radians, infinite where it is
-    lost.
+    place: on the chart; rays: the rays there, one after another; slope: growth of the quantity that vanishes on the
+    curve, to the left and over the length of the chord; error: of the directions across the curve, radians, infinite
+    where it is lost.
     """
 
     place: Float[Array, "chords parts 2"]
@@ -116,8 +116,8 @@ def on_curves(
 ) -> OnCurves:
     """Places at parts of chords, led across them to the limb, where the order is 0, or to critical curves.
 
-    rising: 1 where what vanishes there grows to the left of the chord, -1 where it falls, and 0 where that is unknown.
-    axes: rows, two vectors on the chart that are taken for equally long and normal to each other.
+    rising: 1 where the quantity that vanishes there grows to the left of the chord, -1 where it falls, 0 where unknown.
+    axes: rows, two vectors on the chart that are taken to be equally long and normal to each other.
     """
     chord = np.einsum("ni,nij->nj", stop - start, np.linalg.inv(axes))
     left = np.einsum("ni,nij->nj", np.stack([-chord[:, 1], chord[:, 0]], axis=-1), axes)

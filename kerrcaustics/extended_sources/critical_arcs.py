@@ -47,11 +47,11 @@ def critical_arcs(
     circle : Circle
         The rim of the disc.
     crossings : LimbCrossings
-        Where caustics cross it: nodes are numbered as they are.
+        Crossings of caustics with it: nodes are numbered like these.
     curve : CriticalCurve
         One of the sheets.
     first : int
-        Number of the first node that is no crossing.
+        Number of the first node that is not a crossing.
     wanted : float
         Error of the area, square radians.
 

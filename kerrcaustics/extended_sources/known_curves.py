@@ -52,7 +52,7 @@ def refined(
     first : int
         Number of the first new node.
     wanted : float
-        Error of the area in all, square radians.
+        Error of the whole area, square radians.
     """
     pieces: list[BoundaryArcs] = []
     for halving in range(_MOST_HALVINGS + 1):

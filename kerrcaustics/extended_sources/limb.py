@@ -66,7 +66,7 @@ _TO_MIDDLE = values_at(_ENDED, _MIDDLE)
 class GuessedArcs(Rows):
     """Arcs near the limb.
 
-    links: between nodes of a level curve; at_fold: True for those that come from one that ends at a fold; start, stop:
+    links: between nodes of a level curve; at_fold: True for arcs from a link that ends at a fold; start, stop:
     directions of the nodes; guess: directions at `GUESSED`.
     """
 
@@ -77,7 +77,7 @@ class GuessedArcs(Rows):
     guess: Float[Array, "arcs guesses 3"]
 
     def arcs(self) -> BoundaryArcs:
-        """The same as arcs, not brought to the limb."""
+        """The guesses as arcs, not brought to the limb."""
         points, links = unit(along(_TO_NODES, with_ends(self.start, self.guess, self.stop))), self.links
         return BoundaryArcs(links.index, links.left, links.right, self.start, self.stop, points, np.zeros(len(points)))
 
@@ -108,7 +108,7 @@ class Limb:
     def arcs(self, guessed: GuessedArcs, first: int, wanted: float) -> tuple[BoundaryArcs, int]:
         """Arcs on the limb from guesses, and how many of them are in doubt.
 
-        first: number of the first new node; wanted: error of the area in all, square radians.
+        first: number of the first new node; wanted: error of the whole area, square radians.
         """
         arcs, doubtful = self._arcs(guessed, first, wanted)
         if doubtful:

@@ -42,8 +42,8 @@ class LimbImage(Shown):
     Where a caustic crosses the source, the curve passes through folds, and images of two indices meet within it.
     """
 
-    camera: Viewer = quantity("", "", "who sees it", json="", column="")
-    surface: End = quantity("", "", "where the source lies", json="", column="")
+    camera: Viewer = quantity("", "", "the viewer", json="", column="")
+    surface: End = quantity("", "", "surface on which the source lies", json="", column="")
     sky: Array = quantity(
         "point axis", "1", "directions N along the curve, the first not repeated; of an Observer (alpha, beta)"
     )
@@ -52,7 +52,7 @@ class LimbImage(Shown):
         "", "solid angle", "area that the curve adds to the images: negative for a hole or the inner edge of a ring"
     )
     error: float = quantity("", "solid angle", "estimated error of area")
-    round_hole: bool = quantity("", "1", "whether the curve runs round the hole, as the edges of rings do")
+    round_hole: bool = quantity("", "1", "True if the curve runs round the hole, as the edges of rings do")
 
 
 @result(
@@ -64,14 +64,14 @@ class LimbImage(Shown):
 class Magnification(Shown):
     """The light of a source of finite size, relative to that of the same source in empty space."""
 
-    camera: Viewer = quantity("", "", "who sees it", json="", column="")
-    surface: End = quantity("", "", "where the source lies", json="", column="")
+    camera: Viewer = quantity("", "", "the viewer", json="", column="")
+    surface: End = quantity("", "", "surface on which the source lies", json="", column="")
     source: tuple[float, float] = quantity(
-        "angle", "place", "theta', phi' of its centre; in the plane r, phi", given=True
+        "angle", "place", "theta', phi' of the source's centre; in the plane r, phi", given=True
     )
-    size: float = quantity("", "source size", "its radius, along its surface", given=True)
+    size: float = quantity("", "source size", "radius of the source, along its surface", given=True)
     power: float = quantity("", "1", "power of the frequency ratio g with which the light scales")
-    profile: str = quantity("", "", "its brightness from the centre to the limb, in words")
+    profile: str = quantity("", "", "brightness of the source from the centre to the limb, in words")
     total: float = quantity(
         "", "magnification", "solid angle of all images, weighted by brightness, divided by that of the source"
     )
@@ -88,10 +88,10 @@ class Magnification(Shown):
     certified: bool = quantity(
         "",
         "1",
-        "True when the boundary of the images is closed, all images of places in the source lie within it, and none of "
-        "places beside it",
+        "True when the boundary of the images is closed, and all images of places in the source lie within it, but "
+        "none of places beside the source",
     )
-    remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")
+    remarks: tuple[str, ...] = quantity("", "", "remarks on what is in doubt; empty when certified")
 
     @property
     @derived("", "1")
@@ -129,11 +129,11 @@ def magnification(
     size : float
         Its radius: an angle of 1e-8 to 3.1 radians on the celestial sphere; a length in units of the mass elsewhere,
         along the sphere of finite radius on which the source is painted, or in the plane as on a sheet of paper with
-        the polar coordinates r and phi. A disc in the plane lies outside the horizon.
+        the polar coordinates r and phi. A disc in the plane must lie outside the horizon.
     profile : str, tuple or function
         Brightness from the centre to the limb: "uniform"; ("linear", u) or ("quadratic", u1, u2), limb darkening with
-        these coefficients; ("gaussian", width), with the deviation (from 0.2) in radii of the source, cut off at the
-        limb; or a function of the distance from the centre in radii, smooth as a function of its arcsine.
+        these coefficients; ("gaussian", width), with the standard deviation (at least 0.2) in radii of the source, cut
+        off at the limb; or a function of the distance from the centre in radii, smooth as a function of its arcsine.
     max_index : int
         0 to 6: highest Morse index of the images.
     power : float

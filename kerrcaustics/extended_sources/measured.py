@@ -39,16 +39,16 @@ def measured(
     ----------
     viewer : Viewer
     surface : End
-        Of the disc.
+        Surface on which the disc lies.
     centre : (axes,) array
         Its centre, a vector of the surface.
     angle : float
         Its radius, radians, in the plane a length.
     max_index : int
     weight : function, optional
-        Of the area on the viewer's sky.
+        Weight of the area on the viewer's sky.
     nested : bool
-        True for one within a disc that has been measured: in the plane fewer places in it are looked at.
+        True for a disc within one that has been measured: in the plane fewer places in it are checked.
     """
     here = _measured(viewer, surface, centre, angle, max_index, weight, nested)
     if here.certified:
@@ -74,7 +74,7 @@ def measured(
 def kinks(
     viewer: Viewer, surface: End, centre: Float[np.ndarray, " axes"], angle: float, max_index: int
 ) -> Float[np.ndarray, " radii"]:
-    """Radii of smaller discs where the area of the images is not smooth, as the limb touches a caustic there; about."""
+    """Approximate radii of smaller discs whose limb touches a caustic: the area of the images is not smooth there."""
     if certificate_of(surface, viewer, max_index).follows:
         radii = touching_radii(sheets_of(viewer, max_index, surface), centre, angle)
     else:

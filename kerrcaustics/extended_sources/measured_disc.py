@@ -44,14 +44,14 @@ class MeasuredDisc:
         return not self.remarks
 
     def doubted(self, doubts: Sequence[str], faults: Sequence[str]) -> "MeasuredDisc":
-        """The same with doubts that its error covers, and with faults, after which nothing is known of the areas."""
+        """The same disc with doubts that its error covers, and with faults, which leave nothing known of the areas."""
         disc = replace(self, remarks=tuple(dict.fromkeys([*faults, *doubts, *self.remarks])))
         if not (faults or self.remarks):
             return disc
         return replace(disc, error=math.inf, share_errors=np.full(len(self.shares), math.inf))
 
     def doubted_if_unknown(self) -> "MeasuredDisc":
-        """The same, not certified where its error is larger than its area."""
+        """The same disc, not certified where its error is larger than its area."""
         if not self.certified or self.error <= self.area or self.error == 0:
             return self
         return replace(self, remarks=("the error is larger than the light",))
@@ -81,8 +81,8 @@ def summed(
 ) -> MeasuredDisc:
     """The areas within arcs.
 
-    hole: the direction to it on the search sky; disc: radius and area of the disc; signs: of an index, or without one
-    of all, 1 where images lie to the left of arcs, -1 where to the right, and 0 of arcs that do not bound them.
+    hole: the direction to it on the search sky; disc: radius and area of the disc; signs: for one index, or for all of
+    them, 1 where images lie to the left of arcs, -1 where to the right, and 0 of arcs that do not bound them.
     """
     points, error = seen_points(sky, arcs)
     seen_hole = sky.shown(hole[None])[0]

@@ -75,7 +75,7 @@ def _parts(closed: Points, circle: Circle) -> Array:
 
 
 def touching_radii(sheets: Sheets, centre: Float[Array, " 3"], angle: float) -> Float[Array, " radii"]:
-    """Radii of discs about a centre whose limb touches a caustic or passes a cusp; about."""
+    """Approximate radii of discs about a centre whose limb touches a caustic or passes a cusp."""
     sheets = refined_near(sheets, Circle.about(centre, angle))
     radii = [np.empty(0)]
     for curve in sheets.curves:

@@ -72,7 +72,7 @@ class Disc:
 
     @property
     def area(self) -> float:
-        """The area: a solid angle about the centre of its sphere; in the plane of r dr dphi."""
+        """The area: a solid angle about the centre of its sphere; in the plane, the area in r dr dphi."""
         return math.pi * self.size**2 if len(self.centre) == 2 else 4 * math.pi * math.sin(self.size / 2) ** 2
 
 
@@ -98,8 +98,8 @@ class ChartRays(Rows):
 class Patch:
     """A chart of directions by edge phase and height, on which light arrives from a disc.
 
-    low, high: range of heights; rim: which of both is the rim, -1 for the lower one, 1 for the upper one, 0 if none
-    is; open_ended: whether the chart goes on beyond both.
+    low, high: range of heights; rim: -1 if the lower one is the rim, 1 if the upper one is, 0 if neither is;
+    open_ended: whether the chart goes on beyond both.
     """
 
     camera: Viewer
@@ -189,7 +189,7 @@ def patches_in_plane(domain: Ring, disc: Disc, max_index: int) -> list[Patch]:
             break
     if any(spline is None for spline in splines):
         raise ValueError(
-            "Arguments `source` and `size` must be of a disc that lies on circles in the plane that are seen once on "
+            "Arguments `source` and `size` must describe a disc between circles in the plane that are seen once on "
             f"every line across the shadow edge, but r = {radii[0]:.6g} or {radii[1]:.6g} is not."
         )
     camera = circles.camera

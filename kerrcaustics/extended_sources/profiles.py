@@ -24,7 +24,7 @@ _NARROWEST, _WIDEST = 0.2, 1e3
 
 @dataclass(frozen=True)
 class Brightness:
-    """A profile by the angle x, whose sine is the distance from the centre in parts of the radius.
+    """A profile as a function of the angle x, whose sine is the distance from the centre in parts of the radius.
 
     words: as users see it; intensity: a polynomial in x, in which limb darkening is smooth at the limb, too.
     """
@@ -43,7 +43,7 @@ class Brightness:
         return float(self.intensity(math.pi / 2))
 
     def slope(self, x: Float[Array, " places"]) -> Float[Array, " places"]:
-        """Derivative of the intensity by x."""
+        """Derivative of the intensity with respect to x."""
         return self.intensity.deriv()(x)
 
 

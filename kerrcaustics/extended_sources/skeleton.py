@@ -48,9 +48,9 @@ def _guess(chart: Chart, kinds: Int[Array, " arcs"], cubics: Cubics) -> Float[Ar
 def of_small_images(
     sheets: Sheets, circle: Circle, extra_places: Float[Array, "places 3"]
 ) -> tuple[GuessedArcs | None, ImageSearch]:
-    """Guesses for a disc that no caustic reaches, and the search for its images after those of other places.
+    """Guesses for a disc that no caustic reaches, and the search for images of other places and of its limb.
 
-    No guesses where the images are not certain.
+    The guesses are None where the images are not certain.
     """
     longitude = 2 * math.pi * np.arange(_POINTS) / _POINTS
     searched = search(sheets, np.concatenate([extra_places, circle.place(longitude)]))

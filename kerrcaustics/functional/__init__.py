@@ -3,8 +3,8 @@
 Unlike the engines behind `trace_rays`, which are compiled once for all callers and estimate errors, these are traced by
 the caller's own transformations.
 
-Derivatives of any order, forward and reverse, are taken by forward differentiation inside: a loop of unknown length has
-no other, and the arguments are six numbers.
+Derivatives of any order, forward and reverse, are taken by forward differentiation inside: a loop of unknown length
+allows no other, and the arguments are six numbers.
 
 All arithmetic is in float64, whatever the settings of JAX. JAX itself still converts arguments and
 gradients: without `jax_enable_x64`, `jit`, `vmap` and `grad` round Python's floats and NumPy's arrays to float32,

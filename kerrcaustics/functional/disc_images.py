@@ -62,7 +62,7 @@ _DISC = np.sqrt((1 + _SQUARES) / 2)[:, None, None] * np.stack([np.cos(_ANGLES), 
 class Disc(NamedTuple):
     """A disc on the celestial sphere: its centre, its radius in Lambert's equal-area plane, and the axes there.
 
-    x is across a caustic, toward the side on which there is a pair of images more, y along it.
+    x is across a caustic, toward the side on which there is one more pair of images, y along it.
     """
 
     centre: Vector
@@ -102,12 +102,12 @@ def magnification(
     size : float or (...)
         Its angular radius, radians.
     near : (..., single, 3)
-        Directions N next to single images, not those of a pair next to a fold below.
+        Directions N next to single images, without those of the pairs next to `folds`.
     index : (..., single) of int
         Morse indices of single images.
     folds : (..., pairs, 3)
         Directions N next to points of critical curves at which pairs of images are created, on both sides of the
-        caustic. All three come from `starting_points`, and are constants: derivatives by them are 0.
+        caustic. All three come from `starting_points`, and are constants: derivatives with respect to them are 0.
     velocity : str or (float, float, float), optional
         As in `direction`.
 
@@ -117,16 +117,17 @@ def magnification(
 
     Errors
     ------
-    Next to regular folds 1e-12 or so, relative, and derivatives 1e-8, while the disc is small beside its distance from
-    cusps and from other caustics than those of `folds`. Where two thirds of the nodes, or half of them, change an
-    integral by more than 1e-4 of itself, the value is NaN. Next to the touch of limb and caustic derivatives grow
-    without bound, as the logarithm of the distance. `kc.magnification`, which is certified, gives the error of a value.
+    Next to regular folds 1e-12 or so, relative, and derivatives 1e-8, while the disc is small compared with its
+    distance from cusps and from caustics other than those of `folds`. Where two thirds of the nodes, or half of them,
+    change an integral by more than 1e-4 of itself, the value is NaN. Where the limb nearly touches a caustic,
+    derivatives grow without bound, as the logarithm of the distance. `kc.magnification`, which is certified, gives the
+    error of a value.
 
     Notes
     -----
     On a small patch of the camera sky that holds an image, or a pair of images with the critical curve between them,
-    the lens map is a polynomial through rays, whose coefficients are differentiated. Star places next to a fold have
-    as coordinates the place along the caustic and the square root of the distance from it: as functions of these both
+    the lens map is a polynomial through rays, whose coefficients are differentiated. The coordinates of a star next to
+    a fold are its place along the caustic and the square root of its distance from it: as functions of these, both
     images of a pair are one smooth function, and nothing diverges. The area of the pair is one integral along the part
     of the limb on the bright side.
 
@@ -228,7 +229,7 @@ class Shape(NamedTuple):
     """The lens map at a fold.
 
     axes: steps on the camera sky along the kernel of J and across it (columns); across: the caustic's normal, toward
-    the bright side; bend: how far the star goes there, and along the caustic, by the square of a step along the kernel;
+    the bright side; bend: how far the star moves there, and along the caustic, per square of a step along the kernel;
     major: the beam's major diameter.
     """
 

@@ -34,7 +34,7 @@ def event_time(
         theta' and phi' of the star as polynomials of time: at time 0, their rates, and so on.
     near : (..., 3)
         Directions N next to the point of the critical curve at which the pair of images is created or annihilated:
-        `sky` of a `PairEvent`. They are constants: derivatives by them are 0.
+        `sky` of a `PairEvent`. They are constants: derivatives with respect to them are 0.
     velocity : str or (float, float, float), optional
         As in `direction`.
 
@@ -44,12 +44,12 @@ def event_time(
 
     Errors
     ------
-    1e-12 or so of n' divided by the speed of the star across the caustic; derivatives 1e-9 or so, relative.
+    The error of n', 1e-12 or so, divided by the speed of the star across the caustic; derivatives 1e-9 or so, relative.
 
     Notes
     -----
-    The camera goes with the hole: azimuths of a star that an orbiting camera sees fall with its angular velocity.
-    At cusps, and where the star goes along the caustic, the time has no derivatives.
+    Azimuths are relative to the camera: those of a star that an orbiting camera sees fall at its angular velocity. At
+    cusps, and where the star moves along the caustic, the time has no derivatives.
 
     Examples
     --------

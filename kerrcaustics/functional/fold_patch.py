@@ -55,7 +55,7 @@ class Patch(NamedTuple):
         return jnp.einsum("i,j,ijk->k", first, second, self.coefficients)
 
     def tail(self) -> Array:
-        """The largest of the last coefficients beside the largest of all but the first."""
+        """The largest of the last coefficients, divided by the largest of all but the first."""
         size = jnp.abs(self.coefficients)
         last = jnp.maximum(size[-2:].max(), size[:, -2:].max())
         return last / jnp.maximum(size[1:].max(), size[:, 1:].max())
@@ -115,7 +115,7 @@ def newton_step(residual: Residual, at: Array) -> Array:
 
 
 def fold_determinant(patch: Patch, at: Pair) -> Array:
-    """The determinant of the first two numbers of a patch by the place."""
+    """The Jacobian determinant of the first two numbers of a patch with respect to the place."""
     slopes = jax.jacfwd(patch)(at)
     return slopes[0, 0] * slopes[1, 1] - slopes[0, 1] * slopes[1, 0]
 

@@ -53,7 +53,7 @@ class Newton(NamedTuple):
 
     begun: the end of the first line of sight; at: the last image of a star on the way, when the star was at `part` of
     it; stride: the part of the way to the next; trial: the line of sight that is tried, after `tries` steps, the last
-    of length `size`; found: the whole way is done; steps: all of them.
+    of length `size`; found: the whole way is done; steps: their number.
     """
 
     begun: Array
@@ -78,7 +78,7 @@ class Near(NamedTuple):
 def root(arguments: Float[Array, "6"], near: Near) -> Vector:
     """The image of a star next to a line of sight; NaN if it is lost.
 
-    arguments: spin, radius, inclination, and the star's direction. The star goes on a great circle from where the line
+    arguments: spin, radius, inclination, and the star's direction. The star moves on a great circle from where the line
     of sight ends, and the image with it; it is lost where the sign of det J is wrong, as beyond a caustic.
     """
     place, star = arguments[:3], unit(arguments[3:])
@@ -187,7 +187,7 @@ def images(
         theta', phi' of the star.
     near : (..., number, 3)
         Directions N next to the images: those of `star_images`, for a camera and a star not far from these. They are
-        constants: derivatives by them are 0.
+        constants: derivatives with respect to them are 0.
     index : (..., number) of int
         Morse indices of the images: those of `star_images`.
     velocity : str or (float, float, float), optional
@@ -200,16 +200,16 @@ def images(
 
     Errors
     ------
-    Of sky 1e-13 or so times the beam's major diameter over its minor one, and magnification as many times that; as for
-    `direction`, derivatives lose a power of it more each.
+    For sky, 1e-13 or so times the ratio of the beam's major diameter to its minor one; for magnification, that times
+    the same ratio. As for `direction`, each derivative loses one more power of it.
 
     Notes
     -----
-    The line of sight `near` ends somewhere on the celestial sphere. From there to the star goes a great circle; the
-    image of a point that goes along it begins at `near`, and where it ends is the image that is returned. It is lost
-    if the way meets a caustic, or if `near` is on the wrong side of a critical curve, where the parity is not that of
-    `index`. So no image turns into its partner in a pair, but one that exists may be lost if the way to it is bent;
-    then `near` must be closer.
+    The line of sight `near` ends somewhere on the celestial sphere. From there a great circle leads to the star; the
+    image of a point that moves along it begins at `near`, and ends at the image that is returned. It is lost if the way
+    meets a caustic, or if `near` is on the wrong side of a critical curve, where the parity is not that of `index`. So
+    no image turns into its partner in a pair, but one that exists may be lost if the way to it is bent; then `near`
+    must be closer.
 
     Derivatives are those of the implicit function theorem; Newton's method is not differentiated.
 

@@ -16,7 +16,7 @@ Both = Callable[[Array, Any], tuple[Array, Array]]
 
 
 def unit(vector: Array) -> Array:
-    """The vector at length 1."""
+    """The vector scaled to length 1."""
     return vector / jnp.sqrt(jnp.sum(vector * vector))
 
 
@@ -42,7 +42,7 @@ def jacobian(
 def expansion(
     place: Vector, sky: Vector, motion: Moving, *, timed: bool = False
 ) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """The values of `jacobian`, and the derivatives of both by spin, radius, inclination and along `tangents`."""
+    """The values of `jacobian`, and the derivatives of both in spin, radius, inclination and along `tangents`."""
     basis = tangents(sky)
 
     def moved(numbers: Float[Array, "5"]) -> tuple[Any, Any]:
@@ -70,7 +70,7 @@ def solved(matrix: Float[Array, "2 2"], wish: Float[Array, "2 ..."]) -> Float[Ar
 
 
 def with_columns(value: Function, both: Both) -> Function:
-    """A function of one array and of settings, whose first derivatives by the array `both` returns beside its values.
+    """A function of an array and of settings; `both` returns its values and its first derivatives in the array.
 
     Derivatives are right in every mode and order.
     """
@@ -97,7 +97,7 @@ def with_columns(value: Function, both: Both) -> Function:
 
 
 def smooth(function: Function) -> Function:
-    """`with_columns` of a function that returns a vector, whose derivatives are taken forward, with its values."""
+    """`with_columns` for a function that returns a vector; derivatives are taken forward, together with its values."""
 
     def both(arguments: Array, settings: Any) -> tuple[Array, Array]:
         def twice(arguments: Array) -> tuple[Array, Array]:

@@ -33,7 +33,7 @@ def direction(
 
     Errors
     ------
-    1e-13 or so times the beam's major diameter; derivatives lose a power of it more each.
+    1e-13 or so times the beam's major diameter; each derivative loses one more power of it.
     """
     return _traced(spin, radius, inclination, sky, velocity, timed=False)
 
@@ -43,7 +43,7 @@ def travel_time(
 ) -> Float[Array, "..."]:
     """The coordinate time from infinity to the camera, the limit of t - r - 2 ln r (...); all else as `direction`.
 
-    Errors: about 1e-13 times the length of the way, and the major diameter times 1e-13.
+    Errors: about 1e-13 times the length of the path, and 1e-13 times the major diameter.
     """
     return _traced(spin, radius, inclination, sky, velocity, timed=True)[..., 3]
 

@@ -44,11 +44,11 @@ def starting_points(camera: Camera, star: tuple[float, float], reach: float, max
     star : (theta', phi')
         Radians, on the celestial sphere.
     reach : float
-        Radians: pairs of images are taken together where their caustic is so close to the star. Five radii of a disc
-        and more, or the way of a star that is seen through the caustic.
+        Radians: pairs of images are taken together where their caustic is this close to the star. At least five radii
+        of a disc, or the length of the path of a star that crosses the caustic.
     max_index : int
         1 to 6: images with Morse index up to it. Discs that reach the caustic of the next order, where one image of a
-        pair is left out, are NaN.
+        pair is left out, give NaN.
 
     Returns
     -------
@@ -57,7 +57,7 @@ def starting_points(camera: Camera, star: tuple[float, float], reach: float, max
     Raises
     ------
     ValueError
-        If an argument is invalid, or within reach there is a caustic that is a point.
+        If an argument is invalid, or a caustic within reach is a point.
 
     Examples
     --------

@@ -66,7 +66,7 @@ class SheetsCertificate:
 
 @dataclass(frozen=True)
 class ExchangeCertificate(SheetsCertificate):
-    """The same of the viewer, as the source sees it."""
+    """The degree of the sphere, sheet by sheet, for the viewer as the source sees it."""
 
     domain: TwoLeaves
     follows: ClassVar[bool] = False

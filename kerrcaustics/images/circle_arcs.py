@@ -47,7 +47,7 @@ class Arcs:
 
     low, high: the points at both ends of each arc, in the order of edge phase, each row followed by the next one and
     the last by the first; index of each arc; folds: the points between arcs of different index, where the azimuth turns
-    back. remarks: what is not sure, in words; empty where the arcs are the whole circle.
+    back. remarks: what is uncertain, in words; empty where the arcs are the whole circle.
     """
 
     circles: Circles
@@ -131,7 +131,7 @@ def _arcs(circles: Circles, radius: float) -> Arcs:
 
 
 def is_flat(points: Crossings) -> Bool[Array, " points"]:
-    """True where beams are flat, so far as folds are found."""
+    """True where beams are flat, to the accuracy with which folds are found."""
     return np.abs(points.ratio) <= _FLAT
 
 
@@ -275,7 +275,7 @@ def _one(domain: Ring, radius: float, phi: float, max_index: int) -> ImageSearch
 def counted(
     domain: Ring, places: Float[Array, "sources 2"], max_index: int
 ) -> tuple[Int[Array, "sources indices"], Bool[Array, " sources"], Bool[Array, " sources"]]:
-    """Counts of the images of sources, which lie on a caustic, which are certified: quick for many on one circle."""
+    """Counts of images, and True for sources on a caustic, and for certified ones: quick for many on one circle."""
     counts = np.zeros((len(places), max_index + 1), int)
     near, certified = np.zeros((2, len(places)), bool)
     for radius in in_steps("circle", np.unique(places[:, 0]).tolist()):

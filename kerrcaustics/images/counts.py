@@ -35,8 +35,8 @@ _FITS_AXIS = "MORSE"
 class ImageCounts(Shown):
     """Image counts of many sources."""
 
-    camera: Viewer = quantity("", "", "who sees them", json="", column="")
-    surface: End = quantity("", "", "where the sources lie", json="", column="")
+    camera: Viewer = quantity("", "", "the viewer", json="", column="")
+    surface: End = quantity("", "", "surface on which the sources lie", json="", column="")
     stars: Array = quantity(
         "star angle", "place", "theta', phi' of the stars; in the plane r, phi", json="star", given=True
     )
@@ -49,7 +49,8 @@ class ImageCounts(Shown):
     expected: Array = quantity(
         "star morse_index",
         "1",
-        "the same from the winding of the caustics; counts equal it without a search, and in the plane",
+        "images that the winding of the caustics requires, by Morse index; without a search, and in the plane, the "
+        "same as counts",
     )
     on_caustic: Array = quantity("star", "1", "True for stars that cannot be distinguished from some caustic")
     certified: Array = quantity("star", "1", "True as in `StarImages`; False without a search")
@@ -84,9 +85,9 @@ class ImageCounts(Shown):
 class CountMap(Shown):
     """Image counts all over a surface of sources, on a grid of its two coordinates."""
 
-    camera: Viewer = quantity("", "", "who sees them", json="", column="")
-    surface: End = quantity("", "", "where the sources lie", json="", column="")
-    level: Array = quantity("level", "level", "theta' of the centres of the map's cells; in the plane r of circles")
+    camera: Viewer = quantity("", "", "the viewer", json="", column="")
+    surface: End = quantity("", "", "surface on which the sources lie", json="", column="")
+    level: Array = quantity("level", "level", "theta' of the centres of the map's cells; in the plane r of the circles")
     phi: Array = quantity("phi", "rad", "phi' of the centres of the map's cells")
     counts: Array = quantity(
         "level phi morse_index", "1", "images of a source there, by index; for an Observer at finite (alpha, beta) only"
@@ -203,7 +204,7 @@ def image_counts(
     Notes
     -----
     An Observer at infinity sees each star of the celestial sphere directly, in an image of index 0 at infinite
-    (alpha, beta): the counts have 0 there.
+    (alpha, beta): the counts are 0 there.
 
     Examples
     --------

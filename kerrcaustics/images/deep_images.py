@@ -77,7 +77,7 @@ def is_deep(
     time: Float[Array, " images"] | None,
     late: Float[Array, " images"] | None,
 ) -> Bool[Array, " images"]:
-    """True for images that gain by it.
+    """True for images that gain from being refined.
 
     Parameters: index, Morse index; error, radians; time and late, its error, None where there is none.
     """

@@ -47,8 +47,8 @@ class ImageDerivatives(Shown):
         "1",
         "estimated errors of the derivatives of sky, of ln magnification and of time, relative to their largest",
     )
-    camera: Viewer = quantity("", "", "who sees the images", json="", column="")
-    surface: End = quantity("", "", "where the source lies", json="", column="")
+    camera: Viewer = quantity("", "", "the viewer of the images", json="", column="")
+    surface: End = quantity("", "", "surface on which the source lies", json="", column="")
 
     def __len__(self) -> int:
         """Number of images."""

@@ -33,7 +33,7 @@ _PLACES = np.array([-4.0, -2.0, -1.0, -0.5, 0.5, 1.0, 2.0, 4.0])
 
 
 def fold_derivatives(mapped: Callable[[Array, Array], Array], points: Points) -> Spline:
-    """First and second derivatives (6,) of n' by depth along a critical curve, as a function of the edge phase.
+    """First and second derivatives (6,) of n' with respect to depth on a critical curve, as a function of edge phase.
 
     Parameters: mapped (edge phase, depth) gives n'; points: of the curve.
     """

@@ -34,8 +34,8 @@ _DIRECT = "stars are seen directly, by images of index 0, at infinite (alpha, be
 class StarImages(Shown):
     """The images of one source, ordered by Morse index."""
 
-    camera: Viewer = quantity("", "", "who sees them", json="", column="")
-    surface: End = quantity("", "", "where the source lies", json="", column="")
+    camera: Viewer = quantity("", "", "the viewer", json="", column="")
+    surface: End = quantity("", "", "surface on which the source lies", json="", column="")
     star: tuple[float, float] = quantity(
         "angle", "place", "theta', phi' of the source; in the plane r, phi", given=True
     )
@@ -51,7 +51,7 @@ class StarImages(Shown):
     )
     crossings: Array = quantity("image", "1", "crossings of the equatorial plane")
     crossings_certain: Array = quantity(
-        "image", "1", "False where crossings may be one off: the star lies in the equatorial plane, within errors"
+        "image", "1", "False where crossings may be off by one: the star lies in the equatorial plane, within errors"
     )
     redshift: Array = quantity("image", "1", "nu_camera / nu_source")
     redshift_error: Array = quantity("image", "1", "error of redshift")
@@ -75,9 +75,9 @@ class StarImages(Shown):
     certificate: str = quantity(
         "",
         "",
-        "the argument that none is missing: on spheres winding (the number of images found of each index is the one "
-        "that the caustics require); in the plane arcs (the image of the source's circle is whole, and on each part of "
-        "it the azimuth runs as the index there requires, once round in all)",
+        "the argument that no image is missing: on spheres winding (the number of images found of each index is "
+        "the one that the caustics require); in the plane arcs (the image of the source's circle is whole, and on "
+        "each part of it the azimuth runs as the index there requires, once round in all)",
     )
     remarks: tuple[str, ...] = quantity(
         "",
@@ -88,7 +88,7 @@ class StarImages(Shown):
     time: Array = quantity("image", "GM/c^3", TRAVEL_TIME)
     time_error: Array = quantity("image", "GM/c^3", "error of time")
     second_arrival: Array = quantity(
-        "image", "1", "whether the ray, followed backward, has met the star's sphere before, within the camera's radius"
+        "image", "1", "True if the ray, followed backward, has met the star's sphere before, within the camera's radius"
     )
 
     @property
@@ -147,9 +147,9 @@ def star_images(
     ------
     `StarImages.error`, round-off of n' divided by the beam's minor diameter; if that is more than 1e-10, as for
     high indices, the image is refined by its distance from the shadow edge (deep_images.py), to about 1e-14, next to
-    an extremal hole to 1e-15 over the distance of the horizons. Errors hold on the sky of the camera, with aberration.
-    Magnification and redshift are those of the beam in the returned direction. Their errors are their changes over the
-    error of that direction, and the error of the beam's area (measured_light.py).
+    an extremal hole to 1e-15 divided by the distance between the horizons. Errors hold on the sky of the camera, with
+    aberration. Magnification and redshift are those of the beam in the returned direction. Their errors are their
+    changes over the error of that direction, and the error of the beam's area (measured_light.py).
 
     Notes
     -----
@@ -269,7 +269,7 @@ def checked_sheets(camera: Viewer, max_index: int, surface: End = SKY) -> Sheets
 
 
 def checked_index(max_index: int) -> int:
-    """A highest index that can be asked for."""
+    """The argument `max_index`; ValueError unless it is valid."""
     return whole_number("max_index", max_index, 0, HIGHEST_INDEX)
 
 

@@ -56,7 +56,7 @@ def sheets_from(camera: Viewer, theta: float, max_index: int, end: Sphere) -> tu
     try:
         return there, sheets_of(there, max_index, outward)
     except ValueError as error:
-        raise ValueError(f"{error} (Said of a camera at the star, as the star lies nearer to the hole.)") from None
+        raise ValueError(f"{error} (Applies to a camera at the star, as the star lies nearer to the hole.)") from None
 
 
 def _seen_from(

@@ -59,7 +59,7 @@ class SkyImages(Rows):
         return cls(star, index, sky, error, np.full(len(star), second))
 
     def of(self, names: Int[Array, " stars"]) -> "SkyImages":
-        """The same, of stars with other numbers."""
+        """The same images, of stars with other numbers."""
         return replace(self, star=names[self.star])
 
     def merged(self, more: "SkyImages") -> "SkyImages":
@@ -79,7 +79,7 @@ class ImageSearch:
 
     counts: numbers of images; expected: the same from the caustics; on_caustic: True for a star that cannot be
     distinguished from the caustic of that order; ring: True where that caustic is a point, so that the images next to
-    it are one ring, and no entries. coarse: steps of the grids that were coarser than the search is made for, radians,
+    it are one ring, and not entries. coarse: steps of the grids that were coarser than the search is made for, radians,
     by index; else 0. remarks: what else is not certain about each star. certificate: the argument behind `certified`.
     """
 
@@ -110,7 +110,7 @@ def search(sheets: Sheets, star: Float[Array, "stars 3"]) -> ImageSearch:
 
 
 def searched_together(parts: Sequence[ImageSearch]) -> ImageSearch:
-    """Searches for several groups of stars as one, group after group."""
+    """Searches for several groups of stars joined into one, group after group."""
     names = np.split(np.arange(sum(len(p.counts) for p in parts)), np.cumsum([len(p.counts) for p in parts[:-1]]))
     images = [part.images.of(stars) for part, stars in zip(parts, names, strict=True)]
     arrays = ("counts", "expected", "on_caustic", "ring")

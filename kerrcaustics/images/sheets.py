@@ -74,7 +74,7 @@ class Sheet:
 
     edge_phase: the last one a whole turn after the first; part: 0 to 1; direction: the grid's image on the celestial
     sphere, empty as long as it is not traced. outer, inner: depth of the critical curves on a line, as functions of
-    edge phase. step: about the longest one of the image, radians.
+    edge phase. step: approximate length of the image's longest step, radians.
     """
 
     index: int
@@ -87,7 +87,7 @@ class Sheet:
 
     @property
     def is_coarse(self) -> bool:
-        """True where a grid of bearable size has longer steps than the search is made for."""
+        """True where a grid of acceptable size has longer steps than the search is made for."""
         return self.step > _STEP
 
     def depth(self, edge_phase: Float[Array, "*batch"], part: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
@@ -146,10 +146,10 @@ Starts = tuple[Num[Array, "guesses ..."], ...]
 
 @dataclass(frozen=True, eq=False)
 class Counted:
-    """Image counts of stars by the winding of caustics, one entry a star.
+    """Image counts of stars by the winding of caustics, one entry for each star.
 
     expected: number of images on each sheet; on_caustic: True where a star cannot be distinguished from that caustic;
-    distance: from the nearest known place of one; windings: by caustic.
+    distance: from the nearest known point of one; windings: by caustic.
     """
 
     expected: Int[Array, "stars sheets"]
@@ -192,7 +192,7 @@ class Sheets:
         return tuple(sheet.step if sheet.is_coarse else 0.0 for sheet in self.sheets)
 
     def sky(self, line_of_sight: HostVectors) -> HostVectors:
-        """Directions N on the sky at rest of what lies in directions of the FIDO."""
+        """Directions N on the sky at rest for directions of the FIDO."""
         return sky_from_line_of_sight(self.frame, line_of_sight)
 
     def line_of_sight(self, edge_phase: HostReals, depth: HostReals) -> HostVectors:
@@ -286,7 +286,7 @@ def _sheets_at_rest(camera: Viewer, max_index: int, surface: End) -> Sheets:
 
 
 def bounding_curves(camera: Viewer, max_index: int, surface: End) -> CriticalCurves:
-    """The critical curves that bound images to an index; ValueError unless each is whole. camera: at rest."""
+    """The critical curves that bound images up to an index; ValueError unless each is whole. camera: at rest."""
     check_index(domain_of(surface, camera), max_index)
     curves = with_ring_at_infinity(critical_curves(camera, max_index + 1, surface=surface))
     if not curves.unbroken:
@@ -297,7 +297,7 @@ def bounding_curves(camera: Viewer, max_index: int, surface: End) -> CriticalCur
     if curves.unbroken <= max_index:
         raise ValueError(
             f"Argument `max_index` must be less than {curves.unbroken} for this camera: of the critical curves that "
-            f"bound the images, only those to order {curves.unbroken} could be followed all the way round."
+            f"bound the images, only those up to order {curves.unbroken} could be followed all the way round."
         )
     return curves
 

@@ -35,7 +35,7 @@ _BESIDE, _LEAST_BESIDE, _MOST_BESIDE = 0.1, 1e-9, 1e-4
 
 @dataclass(frozen=True)
 class Source:
-    """A source as a viewer looks for it: its motion, about which hole, on which sky it is searched."""
+    """A source as a viewer searches for it: its motion, the hole, and the sky on which the search is made."""
 
     searched: SearchSky
     motion: BodyMotion
@@ -126,7 +126,7 @@ class Arrivals:
 
     @property
     def reach(self) -> Bool[Array, " n"]:
-        """True where the ray comes to the radius of the source."""
+        """True where the ray reaches the radius of the source."""
         return np.asarray(self.beams.radius == self.places.radius)
 
     @cached_property
@@ -214,12 +214,12 @@ class Arrivals:
 
     @property
     def columns(self) -> Float[Array, "n 3 2"]:
-        """The change of that with N along `tangent_basis(N)`."""
+        """The change of the offset with N along `tangent_basis(N)`."""
         return np.pad(self.beams.jacobian, ((0, 0), (1, 0), (0, 0)))
 
     @cached_property
     def velocity(self) -> Float[Array, "n 3"]:
-        """dr, dtheta, sin theta dphi of the source by its time."""
+        """dr, dtheta, sin theta dphi of the source per unit of its time."""
         return self._step(self.places.rate, self.places.radius_rate)
 
     @cached_property
@@ -229,22 +229,22 @@ class Arrivals:
 
     @cached_property
     def by_sky(self) -> Float[Array, "n 2 2"]:
-        """The change of that with N along `tangent_basis(N)`."""
+        """The change of the miss with N along `tangent_basis(N)`."""
         return np.stack([self._on_plane(self.columns[:, :, i]) for i in (0, 1)], axis=-1)
 
     @cached_property
     def by_time(self) -> Float[Array, "n 2"]:
-        """The change of that with the emission time."""
+        """The change of the miss with the emission time."""
         return -self._on_plane(self.velocity)
 
     @cached_property
     def rate(self) -> Float[Array, " n"]:
-        """dt of arrival by dt of emission, 1 - p.v."""
+        """The ratio of dt of arrival to dt of emission, 1 - p.v."""
         return 1 - (np.stack(self.momentum, axis=-1) * self.velocity).sum(axis=1)
 
     @cached_property
     def arrival(self) -> Float[Array, " n"]:
-        """The time at which the source's own light arrives, by the ray close to it: that of the viewer."""
+        """The time of the viewer at which the source's own light arrives, from the ray close to it."""
         late, _ = self.source.searched.viewer_time(np.asarray(self.beams.time), np.asarray(self.beams.time_error))
         return self.time + late + (np.stack(self.momentum, axis=-1) * self.offset).sum(axis=1)
 

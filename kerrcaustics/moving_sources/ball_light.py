@@ -54,7 +54,7 @@ def ball_shares(
     wanted: list[Array],
     point_images: list[SeenImages],
 ) -> BallShares:
-    """The light of a ball. wanted: the times of each branch at which its image as a point is there, and is seen."""
+    """The light of a ball. wanted: the times of each branch at which its image as a point exists and is seen."""
     shape = len(curves.branches), len(times)
     flux, error, sky = np.zeros(shape), np.zeros(shape), np.full((*shape, 3), np.nan)
     parts: list[_Part] = []

@@ -59,16 +59,16 @@ class Sights(Rows):
     axes: Float[Array, "n 2 3"]
 
     def at(self, sky: Float[Array, "n 3"], time: Float[Array, " n"]) -> "Sights":
-        """The same at other directions and emission times."""
+        """The same axes at other directions and emission times."""
         return replace(self, sky=sky, time=time)
 
 
 @dataclass(frozen=True)
 class Passes(Rows):
-    """Rays that arrive at a time: where they pass the ball (xi_t, xi_n), and how that changes over the sky and by time.
+    """Rays that arrive at a time: where they pass the ball (xi_t, xi_n), and how that changes over the sky and in time.
 
     late: by how much the emission time is too early; light: g^4 per solid angle of the search sky; bend: by what part
-    the ray's way to the ball's middle is not straight; inside: whether the index is low enough.
+    the ray's path to the ball's middle is bent; inside: whether the index is low enough.
     """
 
     sky: Float[Array, "n 3"]
@@ -204,9 +204,9 @@ class Ball:
         *,
         limb: bool = False,
     ) -> tuple[Passes, Bool[Array, " n"]]:
-        """Rays that pass the ball at places, and whether they do.
+        """Rays made to pass the ball at places, and True for those that do.
 
-        ahead: in place of xi_n, N.ahead comes to the second part of the aim; limb: in place of xi_t, |xi| to the first.
+        ahead: in place of xi_n, N.ahead is made the second part of the aim; limb: in place of xi_t, |xi| the first.
         """
         now, good = self.passes(sights), np.zeros(len(sights), bool)
         for _ in range(_NEWTON):
@@ -231,10 +231,10 @@ class Ball:
         return now, good
 
     def even_light(self, sights: Sights) -> tuple[Float[Array, " n"], Float[Array, " n"], Bool[Array, " n"]]:
-        """Flux of images far from folds by places of the ball, its error, and where that is enough.
+        """Flux of images far from folds, by places of the ball, its error, and True where these places are enough.
 
         The middle counts 1/4, six places at sqrt(2/3) of the radius 3/4: exact to the fifth degree. The error is how
-        much it changes when these are turned by 30 degrees, and what the way of the rays bends.
+        much it changes when these are turned by 30 degrees, and the part by which the rays bend.
         """
         n, angle = len(sights), np.arange(12) * np.pi / 6
         ring = math.sqrt(2 / 3) * self.size * np.stack([np.cos(angle), np.sin(angle)], axis=-1)

@@ -44,15 +44,15 @@ _CHECKED = 500
 class SourceEvent(Shown):
     """The creation, or annihilation, of two images of a moving source."""
 
-    camera: Viewer = quantity("", "", "who sees it", column="")
+    camera: Viewer = quantity("", "", "the viewer", column="")
     kind: str = quantity("", "", '"creation" or "annihilation"')
     order: int = quantity("", "1", "order of the caustic that the source crosses, on the sphere of the source")
     time: float = quantity("", "GM/c^3", "time of the camera")
-    emission_time: float = quantity("", "GM/c^3", "when the light left the source")
-    radius: float = quantity("", "GM/c^2", "of the source then")
+    emission_time: float = quantity("", "GM/c^3", "time when the light left the source")
+    radius: float = quantity("", "GM/c^2", "radius of the source then")
     theta: float = quantity("", "rad", "theta' of the source then", json="theta_deg")
     phi: float = quantity("", "rad", "phi' of the source then", json="phi_deg")
-    sky: Array = quantity("axis", "1", "N where it is seen; of an Observer (alpha, beta)")
+    sky: Array = quantity("axis", "1", "direction N where it is seen; of an Observer (alpha, beta)")
     error: float = quantity("", "GM/c^3", "estimated error of time")
     sky_error: float = quantity("", "sky", "estimated error of sky")
 
@@ -65,10 +65,10 @@ class SourceEvent(Shown):
 class SourceLightCurve(TimeTable):
     """The light of a source on an orbit, as a viewer receives it: all of its images of index 0 to a highest one."""
 
-    camera: Viewer = quantity("", "", "who receives it", json="", column="")
+    camera: Viewer = quantity("", "", "the viewer that receives it", json="", column="")
     orbit: str = quantity("", "", "the orbit, in words")
-    size: float = quantity("", "GM/c^2", "radius of a ball; 0 of a point")
-    time: Array = quantity("time", "GM/c^3", "of the camera: coordinate time; an Observer's is that of a plane wave")
+    size: float = quantity("", "GM/c^2", "radius of a ball; 0 for a point")
+    time: Array = quantity("time", "GM/c^3", "coordinate time of the camera; for an Observer, that of a plane wave")
     flux: Array = quantity(
         "time",
         "light",
@@ -96,7 +96,7 @@ class SourceLightCurve(TimeTable):
         "True if the images are certified at all moments of complete search, and each of them is followed to an image "
         "at the next moment or to a pair event; pairs that exist only between two moments may be missing",
     )
-    remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")
+    remarks: tuple[str, ...] = quantity("", "", "remarks on what is in doubt; empty when certified")
 
     @property
     @derived("image time", "GM/c^3")
@@ -207,16 +207,15 @@ def light_curve(
     Errors
     ------
     Point: `SourceLightCurve.error`, from the errors of the beams, and near an event from that of its time. Ball: from
-    the difference to coarser sums, and (size / r)^2, by which spacetime bends within it. Spot: `LightCurve.error`,
-    `centroid_error` and `travel_time_error`, from the difference to half of the points, at that time and on average
+    the difference from coarser sums, and (size / r)^2, by which spacetime bends within it. Spot: `LightCurve.error`,
+    `centroid_error` and `travel_time_error`, from the difference from half of the points, at that time and on average
     over all times. Events lie where beams are flat, and are as accurate as rays.
 
     Notes
     -----
-    A point is infinitely bright at its events, as the root of the time to them; a ball is not, and images that merge
-    share their light equally. For a Camera a spot's `flux` is in
-    steradians. The light of each further crossing is fainter by e^-pi or so without spin, and by less on the
-    prograde side of a spinning hole.
+    A point is infinitely bright at its events, as 1 over the root of the time to them; a ball is not, and images that
+    merge share their light equally. For a Camera a spot's `flux` is in steradians. The light of each further crossing
+    is fainter by e^-pi or so without spin, and by less on the prograde side of a spinning hole.
 
     References
     ----------
@@ -317,7 +316,7 @@ def _within(motion: BodyMotion, emitted: float, time: float, known: tuple[float,
     first, last = motion.span
     if emitted > last and last < known[1]:
         raise ValueError(
-            f"Argument `orbit` must stay outside the hole within `times`, but comes to the horizon before the light "
+            f"Argument `orbit` must stay outside the hole within `times`, but reaches the horizon before the light "
             f"that arrives at t = {time:.6g} leaves."
         )
     return min(max(emitted, first), last)

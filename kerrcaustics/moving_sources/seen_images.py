@@ -36,7 +36,7 @@ _OF_RATIO = 1e-13
 
 @dataclass(frozen=True)
 class SeenImages:
-    """An image at the times at which it is there, and what is seen of it. reached: whether it was found itself.
+    """An image at the times at which it exists, as it is seen. reached: True where the image itself was found.
 
     sky: on the search sky; sky_error on the viewer's; second: which arrival at its sphere.
     """

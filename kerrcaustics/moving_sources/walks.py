@@ -36,9 +36,9 @@ class CurvePoints(Rows):
     """Points of image curves.
 
     sky, time: direction and emission time; second: whether the ray arrives at the sphere for the second time; index:
-    Morse index; arrival: when the light arrives, and rate, its change by that of time; metric and moment: steps dN
-    along `tangent_basis(N)` and dt have the length |(metric dN, dt / moment)|, in radians about the source's hole;
-    along, along_time: the change of both per step of length 1 on the curve.
+    Morse index; arrival: when the light arrives, and rate, its change with time; metric and moment: steps dN along
+    `tangent_basis(N)` and dt have the length |(metric dN, dt / moment)|, in radians about the source's hole; along,
+    along_time: the change of both per step of length 1 on the curve.
     """
 
     sky: Float[Array, "n 3"]
@@ -120,14 +120,14 @@ def _measured(
 
 @dataclass(frozen=True)
 class Walk:
-    """A way along a curve from one moment of the source, to the same or another one. landed: it came to one."""
+    """A path along a curve from one moment of the source, to the same or another one. landed: it reached one."""
 
     points: CurvePoints
     landed: bool
 
 
 def walk(source: Source, start: CurvePoints, low: Float[Array, " n"], high: Float[Array, " n"]) -> list[Walk]:
-    """Follow curves from points at the time `low` or `high`, the way they look, until they come to either again."""
+    """Follow curves from points at the time `low` or `high`, the way they point, until they reach either again."""
     n, gap = len(start), high - low
     now = record = start
     tracks = [[i] for i in range(n)]
@@ -166,7 +166,7 @@ def walk(source: Source, start: CurvePoints, low: Float[Array, " n"], high: Floa
 
 
 def replaced(points: Kind, which: Int[Array, " some"], replacement: Kind) -> Kind:
-    """Rows, with others in the place of some of them."""
+    """Rows, some of which are replaced by others."""
     order = np.arange(len(points))
     order[which] = len(points) + np.arange(len(which))
     return points.joined(replacement)[order]

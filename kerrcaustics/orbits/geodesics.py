@@ -142,8 +142,8 @@ class _Leg:
 class Geodesic:
     """A body in free fall.
 
-    span: first and last coordinate time of the integration; where it fell into the hole, that is when it did.
-    error: the largest relative change of E, L_z and Q over it, as `_drift` measures it.
+    span: first and last coordinate time of the integration; where it fell into the hole, the time when it did. error:
+    the largest relative change of E, L_z and Q over it, as `_drift` measures it.
     """
 
     constants: FallConstants
@@ -187,10 +187,10 @@ class Geodesic:
 
 
 def free_fall(camera: Camera, azimuth: float, time: float, span: tuple[float, float]) -> Geodesic:
-    """The geodesic of a camera that is let go at a time, over a span of coordinate times about it.
+    """The geodesic of a camera that is let go at a time, over a span of coordinate times about that time.
 
     Parameters: azimuth, radians, at that time. On the spin axis e_theta points along it. Errors: `Geodesic.error`;
-    1e-11 and better over tens of orbits, and for falls to the hole.
+    1e-11 or better over tens of orbits, and for falls to the hole.
     """
     constants, state = _start(camera, azimuth, time)
     ends = {min(span[0], time), max(span[1], time)} - {time}

@@ -20,7 +20,7 @@ class Place(NamedTuple):
 def fido_velocity(spin: float, place: Place) -> tuple[float, float, float]:
     """Velocity (v_r, v_theta, v_phi) of a motion as the fiducial observer at its place measures it.
 
-    References: JTFT A.1 for the metric functions; a speed of 1 and more is none that anything can have.
+    References: JTFT A.1 for the metric functions; nothing can have a speed of 1 or more.
     """
     cosine, sine = _cosine(place.theta), math.sin(place.theta)
     at = kerr.metric(spin, place.radius, cosine)

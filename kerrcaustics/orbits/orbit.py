@@ -29,7 +29,7 @@ _KEPLER_STEPS = 60
 
 
 class BodyPlaces(NamedTuple):
-    """Places at some times, and their rates by coordinate time: radius (n,), unit vector (n, 3) of theta and phi."""
+    """Places at some times, and their rates in coordinate time: radius (n,), unit vector (n, 3) of theta and phi."""
 
     radius: Array
     vector: Array
@@ -60,7 +60,7 @@ class BodyMotion(Protocol):
 class Orbit:
     """The orbit of a source: made by `Orbit.geodesic`, `Orbit.kepler` or `Orbit.function`.
 
-    Azimuths are counted from the camera's, as those of stars. Times are coordinate times.
+    Azimuths are counted from the camera's, like those of stars. Times are coordinate times.
 
     Parameters
     ----------
@@ -111,16 +111,16 @@ class Orbit:
         radius, theta, phi : float
             The place at a time; theta and phi in radians.
         velocity : (v_r, v_theta, v_phi) or str
-            As the fiducial observer there measures it, in units of c. "circular": so that the radius is kept, along
-            phi, which off the equatorial plane is an inclined orbit at its highest latitude; "fiducial" or "static":
-            let go from rest.
+            As the fiducial observer there measures it, in units of c. "circular": along phi, such that the radius is
+            kept, which off the equatorial plane is an inclined orbit at its highest latitude; "fiducial" or "static":
+            released from rest.
         time : float
-            When the body is there.
+            The time when the body is there.
 
         Raises
         ------
         ValueError
-            If an argument is invalid; when it meets a hole, if there is no such motion.
+            If an argument is invalid; when it is used with a hole, if there is no such motion.
 
         Errors
         ------
@@ -170,14 +170,14 @@ class Orbit:
         Parameters
         ----------
         semi_major_axis : float
-            In units of the mass; the period is 2 pi times its power 3/2.
+            In units of the mass; the period is 2 pi times its 3/2 power.
         eccentricity : float
             From 0 to below 1.
         inclination, node, pericentre : float
-            Radians: of the orbit against the equatorial plane (0 to pi, beyond pi / 2 against the spin), the azimuth of
-            the ascending node, and the angle along the orbit from there to the pericentre.
+            Radians: the angle of the orbit to the equatorial plane (0 to pi, beyond pi / 2 against the spin), the
+            azimuth of the ascending node, and the angle along the orbit from there to the pericentre.
         time : float
-            Of a passage through the pericentre.
+            Time of a passage through the pericentre.
 
         Raises
         ------
@@ -186,7 +186,7 @@ class Orbit:
 
         Errors
         ------
-        Of the ellipse none. The pericentre of a true orbit advances, by 3 / (a (1 - e^2)) radians per radian.
+        None for the ellipse. The pericentre of a true orbit advances, by 3 / (a (1 - e^2)) radians per radian.
 
         Examples
         --------
@@ -213,14 +213,14 @@ class Orbit:
 
     @classmethod
     def function(cls, path: Path) -> "Orbit":
-        """Any motion: a function of the coordinate time that returns (r, theta, phi), radians, as smooth as it moves.
+        """Any smooth motion: a function of the coordinate time that returns (r, theta, phi), angles in radians.
 
         Errors: velocities are differences of places over a thousandth of r^(3/2), good to about 1e-11.
 
         Raises
         ------
         ValueError
-            If it is no function; when it is used, if it returns no three finite numbers.
+            If it is not a function; when it is used, if it does not return three finite numbers.
 
         Examples
         --------
@@ -359,7 +359,7 @@ def clock_rates(spin: float, places: BodyPlaces) -> Float[Array, " n"]:
 
 
 def checked_places(spin: float, motion: BodyMotion, time: Float[Array, " n"]) -> BodyPlaces:
-    """The places at times; ValueError where nothing can be there, or move so."""
+    """The places at times; ValueError where nothing can be there, or move that way."""
     first, last = motion.span
     if (time < first).any() or (time > last).any():
         limit = first if (time < first).any() else last

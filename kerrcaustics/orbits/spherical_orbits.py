@@ -23,7 +23,7 @@ _ROUNDING = 4e-15
 
 
 class OrbitPlace(NamedTuple):
-    """Places of bodies: unit vector (n, 3) of theta and phi, its rate (n, 3) by coordinate time, and u^t (n,)."""
+    """Places of bodies: unit vector (n, 3) of theta and phi, its rate (n, 3) in coordinate time, and u^t (n,)."""
 
     vector: Array
     rate: Array

@@ -41,7 +41,7 @@ def to_xarray(result: Any) -> "xarray.Dataset":
     Raises
     ------
     ValueError
-        If `result` is no result.
+        If `result` is not a result.
 
     Examples
     --------

@@ -77,7 +77,7 @@ def save(path: str | os.PathLike[str], result: Any) -> None:
     Raises
     ------
     ValueError
-        If `result` is no result, if its fields are not as declared or hold more than a hundred thousand arrays, if
+        If `result` is not a result, if its fields are not as declared or hold more than a hundred thousand arrays, if
         `path` has the ending of another format, or if the file cannot be written.
 
     Examples

@@ -80,7 +80,7 @@ class SceneFile:
     folder : Path
         The folder of the files that it names.
     name : str
-        Of the file, for error messages.
+        Name of the file, for error messages.
     files : tuple of (str, str)
         Files that it names, each with the SHA-256 of its bytes.
 
@@ -92,7 +92,7 @@ class SceneFile:
     Notes
     -----
     `SceneFile.read` and `read_scene` make one. For an invalid file they raise a ValueError of one line that names the
-    file, the key by its path and what it must be. A scene can be pickled, without what was made of it.
+    file, the key by its path and what it must be. A scene can be pickled, without what was made from it.
 
     Examples
     --------
@@ -229,9 +229,9 @@ class SceneFile:
         number : int
             From 0 to `frames` - 1.
         quality : str, optional
-            "draft", "normal" or "high"; left out, the quality in the file.
+            "draft", "normal" or "high"; if omitted, the quality in the file.
         scale : float
-            Of width and height.
+            Factor of width and height.
         """
         quality = self.quality if quality is None else quality
         one_of("quality", quality, get_args(Quality))

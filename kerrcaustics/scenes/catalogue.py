@@ -150,12 +150,12 @@ def merged_catalogues(first: StarCatalogue, second: StarCatalogue) -> StarCatalo
     Parameters
     ----------
     first, second : StarCatalogue
-        Of the same directions, as ICRS.
+        Catalogues in the same frame, such as ICRS.
 
     Raises
     ------
     ValueError
-        If an argument is no catalogue.
+        If an argument is not a catalogue.
 
     Examples
     --------

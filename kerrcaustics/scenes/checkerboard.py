@@ -61,9 +61,9 @@ class Checkerboard:
     Parameters
     ----------
     rows, columns : int
-        Swatches from pole to pole, and once round; columns are even.
+        Numbers of swatches from pole to pole, and once round; columns must be even.
     gap : float
-        Part of a swatch's period, below 1, that is the gap, in either direction.
+        Part of a swatch's period, below 1, that the gap takes up, in either direction.
     colours : tuple of str
         "#rrggbb", north to south; rows between two of them are mixed in linear light.
     gap_colour : str

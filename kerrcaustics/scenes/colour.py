@@ -31,10 +31,10 @@ class MeasuredResponse:
     Parameters
     ----------
     wavelengths : (n,) array
-        Nanometres, growing; between them the curves are linear, beyond them zero.
+        Nanometres, increasing; between them the curves are linear, beyond them zero.
     sensitivities : (n, 3) array
-        Of the layers that become red, green and blue, per energy of the light; in any unit, as each is divided by what
-        the white black body gives it.
+        Sensitivities of the layers that become red, green and blue, per energy of the light; in any unit, as each is
+        divided by its response to the white black body.
 
     Raises
     ------
@@ -73,7 +73,7 @@ class MeasuredResponse:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> "MeasuredResponse":
-        """The curves of a text file: four numbers in each line, with commas or spaces, after lines with # or words.
+        """The curves of a text file: four numbers in each line, with commas or spaces, below lines with # or words.
 
         Wavelength in nanometres; sensitivities for red, green and blue.
         """
@@ -127,18 +127,18 @@ def black_body(
     Parameters
     ----------
     temperature : (...,) array
-        Kelvin; below 300 and above 1e6 those are used.
+        Kelvin; values below 300 or above 1e6 count as these limits.
     white : float
         Temperature (K) of the black body that looks white, and has luminance 1.
     response : str or MeasuredResponse
         What turns a spectrum into three channels. "cie": the eye, by the CIE functions. "film": a colour film, whose
         layers see red, green and blue alone, and whose three dyes are shown as the channels of the screen. Measured
-        curves likewise, in place of the model's.
+        curves are used likewise, in place of the model's.
 
     Returns
     -------
     (..., 3) array
-        Channels divided by those of the white black body. Those outside what a screen shows are cut at zero.
+        Channels divided by those of the white black body. Those outside the range of a screen are cut at zero.
 
     Raises
     ------
@@ -148,7 +148,7 @@ def black_body(
     Errors
     ------
     The colour-matching functions are the analytic fit of the reference, about 1 % of the maximum. The film is a model
-    of this package, and none that is sold: Gaussians of deviation 25 nm about 640, 545 and 445 nm, linear in the light.
+    of this package, not one that is sold: Gaussians of deviation 25 nm about 640, 545 and 445 nm, linear in the light.
 
     References
     ----------
@@ -183,7 +183,7 @@ def luminance(light: ArrayLike) -> Float[Array, "*batch"]:
 def star_temperature(colour_index: ArrayLike) -> Float[Array, "*batch"]:
     """Temperature (...,) in kelvin of stars of colour index B - V (...,).
 
-    References: Ballesteros 2012, EPL 97 34008, eq. 14; B - V is cut to [-0.4, 2.5], where it was tried.
+    References: Ballesteros 2012, EPL 97 34008, eq. 14; B - V is cut to [-0.4, 2.5], where it was tested.
     """
     index = np.clip(np.asarray(colour_index, float), -0.4, 2.5)
     return np.asarray(4600 * (1 / (0.92 * index + 1.7) + 1 / (0.92 * index + 0.62)))
@@ -202,11 +202,11 @@ def shifted_light(
     ----------
     redshift : (...,) array
     beaming : bool
-        Intensity times g^4, over all frequencies. Else the luminance stays.
+        Intensity times g^4, over all frequencies. Otherwise the luminance stays the same.
     colour_shift : bool
         The spectrum moves by g: a black body of temperature T looks like one of g T.
     temperature : float or (...,) array
-        Of the light's source; pictures and swatches count as lit by daylight.
+        Temperature of the light's source; pictures and swatches count as lit by daylight.
     response : str
         As for `black_body`.
 
@@ -239,8 +239,9 @@ def shift_of(spectrum: ArrayLike | None) -> Shift:
     Parameters
     ----------
     spectrum : float, (3,) or (n, 2) array, optional
-        An exponent alpha, or those of red, green and blue: S_nu goes as nu^alpha. Or a table: wavelengths (nm), which
-        grow, and powers per wavelength, in any unit; straight in between, and 0 beyond. Left out, that of daylight.
+        An exponent alpha, or those of red, green and blue: S_nu goes as nu^alpha. Or a table: wavelengths (nm),
+        increasing, and powers per wavelength, in any unit; linear in between, and 0 beyond. If omitted, that of
+        daylight.
 
     Raises
     ------
@@ -303,7 +304,7 @@ def _shifted_table(
 def seen_black_body(
     temperature: Reals, redshift: Reals, beaming: bool, colour_shift: bool, response: ResponseLike = "cie"
 ) -> Float[Array, "*batch 3"]:
-    """Linear sRGB (..., 3) of black bodies seen with frequency ratios g (...,); 0 where the temperature is.
+    """Linear sRGB (..., 3) of black bodies seen with frequency ratios g (...,); 0 where the temperature is 0.
 
     Switches as for `shifted_light`.
     """
@@ -315,7 +316,7 @@ def seen_black_body(
 
 
 def from_srgb(colour: str, name: str = "colour") -> Float[Array, "3"]:
-    """Linear light (3,) of "#rrggbb"; name: of the argument that it is."""
+    """Linear light (3,) of "#rrggbb"; name: that of the argument."""
     if not (isinstance(colour, str) and re.fullmatch("#[0-9a-fA-F]{6}", colour)):
         raise ValueError(f'Argument `{name}` must look like "#rrggbb", but is {quoted(colour)}.')
     return decoded(np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]))

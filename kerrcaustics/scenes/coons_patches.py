@@ -72,9 +72,9 @@ def _cubic(s: Array) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
 
 
 def doubt(data: Float[Array, "cells 12 parts"]) -> Float[Array, "cells parts"]:
-    """Errors of the patches, estimated: the middle by the edges, and by either diagonal, differ by so much.
+    """Estimated errors of the patches: the range of their middles by the edges, and by either diagonal.
 
-    All three are off by the fourth power of the size, and by another multiple of it each.
+    All three are off by the fourth power of the size, each by another multiple of it.
     """
     first, second = doubts(data)
     return np.maximum(np.maximum(first, second), 0) - np.minimum(np.minimum(first, second), 0)

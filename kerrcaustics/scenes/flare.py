@@ -24,7 +24,7 @@ _LARGEST = 8192
 def with_glare(
     light: ArrayLike, spread: ArrayLike | str | os.PathLike[str], framed: bool = False
 ) -> Float[Array, "_height _width 3"]:
-    """Light as a lens with flare gives it to a picture: every point of it becomes the point spread function.
+    """Light of a picture, as seen through a lens with flare: every point of it becomes the point spread function.
 
     Parameters
     ----------
@@ -33,10 +33,10 @@ def with_glare(
     spread : (p, q) or (p, q, 3) array, or path of a file
         The point spread function, for all channels or for each of them, any unit: it is divided by its sum. Its pixels
         are those of the picture, and pixel p // 2, q // 2 stands for the point itself. `glare_kernel` makes one.
-        Values of PNG and JPEG files count as sRGB, of which the faint end of a halo is lost, those of OpenEXR as
+        Values of PNG and JPEG files count as sRGB, in which the faint end of a halo is lost, those of OpenEXR as
         linear.
     framed : bool
-        Return also the light that falls beside the picture, in a frame round it.
+        Also return the light that falls beside the picture, in a frame round it.
 
     Returns
     -------
@@ -88,11 +88,11 @@ def glare_kernel(share: float, width: float, falloff: float = 3.0, reach: int | 
     share : float
         Part of the light that is in the halo, 0 to 1.
     width : float
-        Pixels. The halo goes as (1 + (distance / width)**2) ** (-falloff / 2), less what this is at its end.
+        Pixels. The halo goes as (1 + (distance / width)**2) ** (-falloff / 2), less its value at the end.
     falloff : float
         Above 0; far out, the halo falls with this power of the distance. In the eye, glare falls with 2 to 3.
     reach : int
-        Pixels from the middle to the end of the halo, n = 2 reach + 1; left out, twenty widths.
+        Pixels from the middle to the end of the halo, n = 2 reach + 1; if omitted, twenty widths.
 
     Raises
     ------

@@ -38,7 +38,7 @@ class Footprint(Shown):
     bend: Array = quantity(
         "pixel",
         "rad",
-        "spread of the beam's neighbours that the matrix does not hold, along the minor axis",
+        "spread of the beam's neighbours that the matrix does not describe, along the minor axis",
         json="bend_rad",
     )
     redshift: Array = quantity("pixel", "1", "nu_camera / nu_source, 1 where light is not shifted")
@@ -52,11 +52,11 @@ class Footprint(Shown):
         return Footprint(self.direction[which], self.matrix[which], self.bend[which], self.redshift[which])
 
     def turned(self, angle: float) -> "Footprint":
-        """Return them turned about the spin axis: their ellipses, along e_theta' and e_phi', turn with them."""
+        """The footprints turned about the spin axis: their ellipses, along e_theta' and e_phi', turn with them."""
         return replace(self, direction=turned(self.direction, angle))
 
     def widened(self, aspect: float) -> "Footprint":
-        """Return them no longer than so many times their widths: parts of a pixel need not be finer than itself."""
+        """Return the footprints, none longer than so many times its width: finer parts of pixels are not needed."""
         return replace(self, bend=np.maximum(self.bend, singular_values(self.matrix)[0] / aspect))
 
     @cached_property
@@ -161,12 +161,12 @@ def averaged(
     finest : float
         Size below which the sky has no detail.
     aspect : float
-        Ratio of the axes beyond which footprints are widened: so many probes would be too many.
+        Ratio of the axes beyond which footprints are widened: they would need too many probes.
 
     Notes
     -----
-    Probes of the size of the minor axis, no further apart than it, weighted by a Gaussian whose variance is what
-    the major axis has more.
+    Probes have the size of the minor axis, are no further apart than it, and are weighted by a Gaussian whose variance
+    is the excess of the major axis.
     """
     major, minor, _ = footprint.axes
     major = np.maximum(major, finest)

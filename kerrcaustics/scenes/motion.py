@@ -19,21 +19,21 @@ Array = np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class ShutterMotion:
-    """Motion while a picture is exposed: its first and its last moment. The one between is an argument of `render`.
+    """Motion while a picture is exposed: its first and its last moment. The middle one is an argument of `render`.
 
     Parameters
     ----------
     cameras : (Camera, Camera), or (Observer, Observer)
         When the shutter opens, and when it closes.
     views : (View, View), or (Screen, Screen)
-        Then; as large as the picture, and of its projection.
+        At these moments; as large as the picture, and of its projection.
     azimuths : (float, float)
-        phi of the camera then, radians, from what it is in the middle.
+        phi of the camera at these moments, radians, relative to the middle.
     times : (float, float)
-        Coordinate time then, from what it is in the middle, for the pattern of a disk.
+        Coordinate time of these moments, relative to the middle, for the pattern of a disk.
     weight : str
         How much each moment counts: "box", all alike; "triangle", growing from 0 to the middle and falling again;
-        "cosine", 1 + cos(2 pi t), a smooth bell. All let through as much light.
+        "cosine", 1 + cos(2 pi t), a smooth bell. All let through the same amount of light.
 
     Raises
     ------
@@ -42,8 +42,8 @@ class ShutterMotion:
 
     Notes
     -----
-    In between, places, velocities and axes are quadratic in time through the three moments; of observers the inverse of
-    the radius is. An observer stays at rest: what changes is which one it is.
+    In between, places, velocities and axes are quadratic in time through the three moments; for observers, the inverse
+    of the radius is. An observer stays at rest: what changes is which one it is.
 
     Examples
     --------
@@ -102,7 +102,7 @@ class ExposedMoment(NamedTuple):
 
 
 class ShutterParts(NamedTuple):
-    """Parts of an exposure: their mean moments, their light beside that with a box, and as long boxes as they are wide.
+    """Parts of an exposure: their mean moments, their light relative to that of a box, and boxes of the same width.
 
     A part of weight w has the variance of a box of the length `spread`.
     """
@@ -120,7 +120,7 @@ class ShutterWeight(NamedTuple):
     high: float = 0.5
 
     def over(self, middle: ArrayLike, length: float) -> ShutterParts:
-        """Parts of the exposure that are so long, about moments."""
+        """Parts of the exposure, each of this length, about moments."""
         middle = np.asarray(middle, float)
         if self.shape == "box":
             return ShutterParts(middle, np.ones(middle.shape), np.full(middle.shape, length))
@@ -173,7 +173,7 @@ class Exposure(NamedTuple):
 
     @property
     def moments(self) -> tuple[ExposedMoment, ExposedMoment, ExposedMoment]:
-        """The first one, that in the middle, and the last."""
+        """The first moment, that in the middle, and the last."""
         return self.first, self.middle, self.last
 
     @classmethod
@@ -184,7 +184,7 @@ class Exposure(NamedTuple):
         return cls(moment, moment, moment) if quality == "draft" else exposure
 
     def one_map(self, matter: Sequence[Any]) -> bool:
-        """True if a single map of the view shows a sky that turns, and matter, None or what does not move meanwhile."""
+        """True if a single map of the view serves a sky that turns, and matter that is None or does not move."""
         return self.first is self.last or (self.still and all(one is None for one in matter))
 
     @property

@@ -31,7 +31,7 @@ _COARSEST = 4
 
 
 class Panorama:
-    """A sky from an equirectangular picture, as photographs of a whole sky are: seen from inside the sphere.
+    """A sky from an equirectangular picture seen from inside the sphere, as photographs of a whole sky are.
 
     Parameters
     ----------
@@ -39,18 +39,17 @@ class Panorama:
         Linear sRGB, any unit. The north pole is above; the middle lies at phi' = pi, behind the hole for a camera at
         azimuth 0, and phi' grows to the left: writing reads as it does on the picture.
     orientation : float, (3,) or (3, 3) array, optional
-        Radians to the right, up and clockwise: at phi' = pi on the equator lies the place so far to the right of the
-        picture's middle and above it, and the picture is turned clockwise about that; a number alone is the first of
+        Radians to the right, up and clockwise: the place so far to the right of the picture's middle and above it lies
+        at phi' = pi on the equator, and the picture is turned clockwise about that; a single number is the first of
         them. Or a rotation from the axes of the picture to those of the celestial sphere.
     mirror : bool
         True for a chart of the sphere from outside, as a globe shows it: phi' grows to the right, from 0 to 2 pi.
     aspect : float
-        Footprints that are longer are widened to so many times their width: fewer look-ups, for skies with little
-        detail.
+        Footprints longer than this many times their width are widened: fewer look-ups, for skies with little detail.
     spectrum : float, (3,) or (n, 2) array, optional
-        Of the picture's light, for a shift of its colours: the exponent alpha of a power law, S_nu as nu^alpha, or
-        three, of what is shown as red, green and blue; or a table of wavelengths (nm, growing) and powers per
-        wavelength in any unit, straight in between and 0 beyond. Left out, that of daylight.
+        Spectrum of the picture's light, for a shift of its colours: the exponent alpha of a power law, S_nu as
+        nu^alpha, or three, for what is shown as red, green and blue; or a table of wavelengths (nm, increasing) and
+        powers per wavelength in any unit, linear in between and 0 beyond. If omitted, that of daylight.
 
     Raises
     ------
@@ -60,9 +59,9 @@ class Panorama:
     Notes
     -----
     Held as a pyramid of pictures, each half as fine as the one before. Every one is smoothed along its rows as far as
-    its resolution asks for on the sphere, which is more and more pixels toward the poles: a look-up therefore averages
-    over round neighbourhoods, the poles included. Look-ups are linear within a picture and between two, and
-    go on across the edge phi' = 0 and across the poles.
+    its resolution requires on the sphere, which is more and more pixels toward the poles: a look-up therefore averages
+    over round neighbourhoods, the poles included. Look-ups are linear within a picture and between two, and go on
+    across the edge phi' = 0 and across the poles.
 
     Examples
     --------
@@ -226,7 +225,7 @@ def read_picture(path: str | os.PathLike[str]) -> Float[Array, "h w 3"]:
 
 
 def read_picture_with_alpha(path: str | os.PathLike[str]) -> tuple[Float[Array, "h w 3"], Float[Array, "h w"] | None]:
-    """Linear light (h, w, 3) of a file as of `read_picture`, and the alpha channel (h, w) of a PNG file, if any."""
+    """Linear light (h, w, 3) of a file as by `read_picture`, and the alpha channel (h, w) of a PNG file, if any."""
     name = Path(path)
     if name.suffix.lower() not in _ENDINGS:
         raise ValueError(f"Argument `path` must end in {', '.join(_ENDINGS)}, but is {quoted(os.fspath(path))}.")

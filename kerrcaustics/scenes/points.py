@@ -51,7 +51,7 @@ _ALIKE = 1.5
 class PointLights:
     """Stars: directions n' (n, 3), linear sRGB light (n, 3), temperatures (n,).
 
-    response: to what their colours are shifted by, as in `black_body`.
+    response: that for which their colours are shifted, as in `black_body`.
     """
 
     direction: Array
@@ -306,7 +306,7 @@ def moved(images: Any, motion: Float[Array, "m 3"]) -> Float[Array, "m 2"]:
 def drawn(light: Float[Array, "h w 3"], view: Raster, place: Float[Array, "m 2"], power: Float[Array, "m 3"]) -> None:
     """Add images to a picture, whose light times solid angle is to be (m, 3): each is a quadratic B-spline.
 
-    Its parts add up to 1. What of it lies beyond a side of a picture of the whole sky comes in where it belongs.
+    Its parts add up to 1. Any part beyond a side of a picture of the whole sky comes in where it belongs.
     """
     nearest = np.round(place).astype(int)
     parts = [_spline_parts(place[:, k] - nearest[:, k]) for k in (0, 1)]

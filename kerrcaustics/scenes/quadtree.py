@@ -89,8 +89,8 @@ class Level(NamedTuple, Generic[CornerSet]):
 class Division(NamedTuple, Generic[CornerSet, Cells]):
     """Rules by which cells are divided.
 
-    columns: more than there are corners from left to right; trace: corners at keys; accept: a level's good cells, and
-    the mask of those to be divided; least: the smallest size; wanted: those of some cells that are looked at.
+    columns: more than the corners from left to right; trace: corners at keys; accept: a level's good cells, and the
+    mask of those to be divided; least: the smallest size; wanted: those of some cells that are looked at.
     """
 
     columns: int

@@ -21,7 +21,7 @@ class Raster(Shown):
     """A rectangle of pixels on a viewer's sky; whole numbers are pixel centres, from the upper left one.
 
     Directions are unit vectors as the engines take them: the sky of a camera itself, and the sphere that an observer's
-    screen becomes. viewer: the class of those who have such a sky.
+    screen becomes. viewer: the class of viewers with such a sky.
     """
 
     width: int

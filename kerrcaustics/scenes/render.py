@@ -245,7 +245,7 @@ def render(
 
     References
     ----------
-    JTFT section 2, 4 and appendix A: beams in place of rays, so that nothing flickers or aliases.
+    JTFT sections 2 and 4 and appendix A: beams in place of rays, so that nothing flickers or aliases.
 
     Examples
     --------

@@ -27,12 +27,14 @@ class VolumeRendering(Shown):
 
     camera: Viewer = quantity("", "", "the camera or the observer", json="", column="")
     view: Raster = quantity("", "", "the part of its sky that is seen")
-    light: Array = quantity("row column channel", "1", "linear sRGB intensity, float32; what sees nothing is 0")
+    light: Array = quantity("row column channel", "1", "linear sRGB intensity, float32; 0 for pixels that see nothing")
     transmission: Array = quantity("row column", "1", "part of the light behind it that the matter lets through")
-    error: float = quantity("", "1", "of light, in parts of the brightest luminance, and of transmission, by the steps")
+    error: float = quantity(
+        "", "1", "error of light, in parts of the brightest luminance, and of transmission, due to the steps"
+    )
     supersampled: int = quantity("", "1", "pixels that were supersampled")
     rays: int = quantity("", "1", "rays marched")
-    steps: int = quantity("", "1", "steps that all of them took")
+    steps: int = quantity("", "1", "steps that all rays took")
     seconds: float = quantity("", "s", "time it took")
 
     def __repr__(self) -> str:
@@ -63,7 +65,7 @@ def render_volume(
         As for `render`.
     volume : Volume
     sky : Checkerboard, Panorama, StarField or anything else with their method `light`, optional
-        Seen as `render` shows it, through what the matter lets through.
+        Seen as `render` shows it, dimmed by the matter in front.
     beaming, colour_shift : bool
         As for `render`; both together keep I_nu / nu^3.
     step : float
@@ -91,8 +93,8 @@ def render_volume(
 
     Notes
     -----
-    Light is added front to back. Two of Gauss's places in each step emit and absorb: a step is exact where what is
-    there does not change, of order 4 where the matter is thin, of order 2 where it is thick.
+    Light is added front to back. The matter emits and absorbs at two of Gauss's places in each step: a step is exact
+    where the matter does not change, of order 4 where the matter is thin, of order 2 where it is thick.
 
     Examples
     --------

@@ -24,7 +24,7 @@ def positive(number: float) -> bool:
 
 
 def not_negative(number: float) -> bool:
-    """True for a finite number from 0 on."""
+    """True for a finite number that is 0 or larger."""
     return 0 <= number < math.inf
 
 

@@ -27,10 +27,10 @@ class Screen(Raster):
     size : float
         Full width of the picture, M.
     centre : (float, float)
-        (alpha, beta) in the middle of the picture, M. Left out, the direction to the hole.
+        (alpha, beta) in the middle of the picture, M. If omitted, the direction to the hole.
     up : (float, float)
-        What points up in the picture, along (alpha, beta); of any length. Left out, beta: the spin axis points up and
-        alpha grows to the right.
+        The direction that points up in the picture, along (alpha, beta); of any length. If omitted, beta: the spin axis
+        points up and alpha grows to the right.
 
     Raises
     ------
@@ -54,7 +54,7 @@ class Screen(Raster):
     height: int = quantity("", "1", "rows of pixels")
     size: float = quantity("", "GM/c^2", "full width of the picture")
     centre: Any = quantity("axis", "GM/c^2", "(alpha, beta) in the middle of the picture", default=(0.0, 0.0))
-    up: Any = quantity("axis", "1", "what points up in it, along (alpha, beta)", default=(0.0, 1.0))
+    up: Any = quantity("axis", "1", "direction that points up in it, along (alpha, beta)", default=(0.0, 1.0))
     viewer: ClassVar[type[Observer]] = Observer
 
     def __post_init__(self) -> None:
@@ -113,7 +113,7 @@ class Screen(Raster):
         return np.asarray(1 / np.linalg.norm(screen_basis(sky)[0], axis=-1))
 
     def moving_numbers(self, camera: Observer) -> list[float]:
-        """1 / radius, 0 at infinity, inclination, size, centre, and what points up."""
+        """1 / radius, 0 at infinity, inclination, size, centre, and the upward direction."""
         return [1 / camera.radius, camera.inclination, self.size, *self.centre.tolist(), *self.up.tolist()]
 
     def with_moving_numbers(self, spin: float, values: list[float]) -> "tuple[Observer, Screen]":

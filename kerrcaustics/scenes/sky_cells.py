@@ -42,7 +42,7 @@ class SkyCells(NamedTuple):
         return self.rates.shape[1] > 0
 
     def at(self, moment: float) -> "SkyCells":
-        """Return them at a moment of the exposure, from -1/2 to 1/2."""
+        """Return the cells at a moment of the exposure, from -1/2 to 1/2."""
         return self._replace(data=self.data + moment * self.rates) if self.moving else self
 
     def pixels_moved(self, turn: float) -> Float[Array, " n"]:
@@ -94,7 +94,7 @@ def _least_minor(data: Float[Array, "n 12 3"]) -> Float[Array, " n"]:
 
 
 def parts_of(cells: SkyCells) -> Int[Array, " n"]:
-    """Numbers of parts each way of pixels: the linear map of a beam does not reach far."""
+    """Numbers of parts, each way, into which pixels are divided: the linear map of a beam does not reach far."""
     return parts_for(extent_of(cells))
 
 
@@ -109,7 +109,7 @@ def resolved(cells: SkyCells, extent: float) -> Bool[Array, " n"]:
 
 
 def parts_for(extent: Float[Array, " n"]) -> Int[Array, " n"]:
-    """Numbers of parts each way of pixels that see so much of the sky (n,), radians."""
+    """Numbers of parts, each way, into which pixels that see so much of the sky (n,), radians, are divided."""
     return np.where(extent < WIDE, 1, np.where(extent < _WIDEST, 2, PARTS))
 
 

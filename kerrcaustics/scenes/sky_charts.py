@@ -96,7 +96,7 @@ class CapChart:
         self.pixel = self._view.pixel_angle
 
     def directions(self, x: ArrayLike, y: ArrayLike) -> tuple[Float[Array, "*batch 3"], Float[Array, "*batch 3 2"]]:
-        """The same as for `EdgeChart`."""
+        """Directions N and their steps, as for `EdgeChart`."""
         return _aberrated(self._frame, *self._view.directions(x, y))
 
     def places(self, sky: Float[Array, "n 3"]) -> Float[Array, "n 2"]:

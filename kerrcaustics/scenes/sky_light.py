@@ -46,7 +46,7 @@ _APART = 0.5
 class Sky(Protocol):
     """A celestial sphere that can be seen.
 
-    One with points of light has three more: points, a `PointLights`; sweep, the angle (radians) by which it turns
+    A sky with points of light has three more: points, a `PointLights`; sweep, the angle (radians) by which it turns
     about the spin axis while the picture is exposed; smooth, true if all but the points needs no motion blur.
     """
 

@@ -85,7 +85,7 @@ class SkyMap(NamedTuple):
 class Cut(NamedTuple):
     """The division of a chart into cells.
 
-    root: the size of the largest ones, a power of two that divides width and height; wide: radians of the sky that a
+    root: the size of the largest cells, a power of two that divides width and height; wide: radians of the sky that a
     cell may see.
     """
 
@@ -199,9 +199,9 @@ def slopes(
 def chart_cells(
     camera: Viewer, chart: Plane, close: float, hidden: Bool[Array, "h w"], cut: Cut, end: Spherical
 ) -> SkyCells:
-    """Cells of the map of a chart, in all of which no more of the sky is seen than the cut allows, and their errors.
+    """Cells of the map of a chart, none of which sees more of the sky than the cut allows, and their errors.
 
-    The smallest cells are as good as they can be. Parameters else as for `sky_map`.
+    The smallest cells are as good as they can be. Other parameters as for `sky_map`.
     """
     return _mapped(_SkyLattice(camera, chart, None, end, cut.root, 0), close, hidden, cut.wide).cells
 

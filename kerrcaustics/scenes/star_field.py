@@ -37,13 +37,13 @@ class StarField(Shown):
     Parameters
     ----------
     catalogue : StarCatalogue
-        Left out, the Hipparcos-2 stars up to magnitude 8 that come with the package.
+        If omitted, the Hipparcos-2 stars up to magnitude 8 that come with the package.
     orientation : (3, 3) array
-        Rotation from the catalogue's directions to the celestial sphere. Left out, the galactic plane is inclined by 25
-        degrees to the hole's equatorial plane.
+        Rotation from the catalogue's directions to the celestial sphere. If omitted, the galactic plane is inclined by
+        25 degrees to the hole's equatorial plane.
     band : float
-        Brightness of the galactic band, 1 for about that of our own from outside the Earth's air, 0 for none;
-        0.15 leaves the sky between the stars dark. It needs a catalogue in ICRS directions.
+        Brightness of the galactic band, 1 for about that of ours seen from outside the Earth's air, 0 for none; 0.15
+        leaves the sky between the stars dark. It needs a catalogue in ICRS directions.
     white : float
         Temperature (K) of a star that looks white.
     sweep : float
@@ -52,7 +52,7 @@ class StarField(Shown):
     response : str or MeasuredResponse
         "cie", "film" or measured curves, as for `black_body`; the band's shifts go by the CIE functions.
     nebulae : Panorama, Checkerboard or any other sky without stars, optional
-        What else is spread over the sky, in the unit of the stars; white of 100 is as bright as our Milky Way.
+        Anything else that is spread over the sky, in the unit of the stars; white of 100 is as bright as our Milky Way.
 
     Raises
     ------
@@ -109,7 +109,7 @@ class StarField(Shown):
     def galaxy(self) -> Float[Array, "3 3"]:
         """The `orientation` of a `Panorama` of the stars' own Galaxy: a rotation (3, 3).
 
-        Of a picture with the galactic centre in its middle and the galactic north pole above.
+        For a picture with the galactic centre in its middle and the galactic north pole above.
         """
         return self.orientation @ galactic_axes().T @ np.diag([-1.0, -1.0, 1.0])
 

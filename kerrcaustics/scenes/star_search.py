@@ -149,7 +149,8 @@ class StarSearch:
     def blended(self, lights: PointLights) -> tuple[Float[Array, "n 2"], Float[Array, " n"]]:
         """Places (n, 2) on the picture of pieces of the viewer's sky beside the shadow edge that are not searched.
 
-        Also the size (n,) of each, by a whole celestial sphere: the mean light of stars that may be anywhere by theirs.
+        Also the size (n,) of each, divided by 4 pi: the mean light there, relative to that of stars that may be
+        anywhere.
         """
         few = _few(lights)
         if few not in self._blended_of:

@@ -93,19 +93,19 @@ def auto_exposure(light: ArrayLike, curve: str = "linear", softening: float = _S
 
     Errors
     ------
-    Points of light are the brighter in a pixel the smaller it is. Pictures are therefore smoothed to 640 pixels across
-    before: pictures of one view, 640 pixels across or more, have exposures that differ by some percent at most, those
+    The smaller a pixel is, the brighter a point of light makes it. Pictures are therefore first smoothed to 640 pixels
+    across: pictures of one view, 640 pixels across or more, have exposures that differ by a few percent at most, those
     of 320 by 30 %, less than half a stop. The value is rounded to four digits: given as a number, it makes the same
     picture.
 
     Notes
     -----
     Highlights are what a hundredth of the picture exceeds, or above which a quarter of its light lies, whichever is
-    brighter. In a picture of points that leaves most of them white, and highlights are what a thousandth exceeds: it
-    counts wholly where it is at least four times as bright as the hundredth, and with the square of the ratio below.
+    brighter. In a picture of points, that would leave most of them white, so highlights are what a thousandth exceeds:
+    it counts wholly where it is at least four times as bright as the hundredth, and with the square of the ratio below.
     The light of highlights on the screen is 0.9 on the linear curve and 0.7 on the asinh curve, 95 % and 85 % of the
-    largest sRGB value. Light counts by its brightest channel, and for the quarter that beyond the thousandth by no
-    more than that: a single star on a caustic changes nothing.
+    largest sRGB value. Light counts by its brightest channel, and for the quarter, pixels brighter than the thousandth
+    count as the thousandth: a single star on a caustic changes nothing.
 
     Examples
     --------

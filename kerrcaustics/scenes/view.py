@@ -41,9 +41,9 @@ class View(Raster):
         centre are true), "equirectangular" (longitude and latitude about `up`; half as many rows as columns for a
         whole sky).
     forward, up : (3,) arrays
-        Unit vectors N in the camera basis: where the middle of the picture looks, and what points up in it; `up` needs
-        only not to be along `forward`. Left out, -e_x and e_z: toward the hole, the spin axis up, for a camera that
-        is at rest or moves along e_phi; `toward_hole` looks at the middle of the shadow.
+        Unit vectors N in the camera basis: where the middle of the picture looks, and what points up in it; `up` may be
+        any vector that is not along `forward`. If omitted, -e_x and e_z: toward the hole, the spin axis up, for a
+        camera that is at rest or moves along e_phi; `toward_hole` looks at the middle of the shadow.
 
     Raises
     ------
@@ -66,9 +66,9 @@ class View(Raster):
     width: int = quantity("", "1", "columns of pixels")
     height: int = quantity("", "1", "rows of pixels")
     field_of_view: float = quantity("", "rad", "full horizontal angle", given=True)
-    projection: str = quantity("", "", "how the sky becomes flat", default="pinhole")
-    forward: Any = quantity("axis", "1", "N in the middle of the picture", default=(-1.0, 0.0, 0.0))
-    up: Any = quantity("axis", "1", "N of what points up in it", default=(0.0, 0.0, 1.0))
+    projection: str = quantity("", "", "projection of the sky onto the flat picture", default="pinhole")
+    forward: Any = quantity("axis", "1", "direction N in the middle of the picture", default=(-1.0, 0.0, 0.0))
+    up: Any = quantity("axis", "1", "direction N that points up in it", default=(0.0, 0.0, 1.0))
     viewer: ClassVar[Any] = Camera
 
     def __post_init__(self) -> None:

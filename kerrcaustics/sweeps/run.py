@@ -27,8 +27,10 @@ class SweepResult(Shown):
 
     path: Path = quantity("", "", "the store")
     points: int = quantity("", "1", "points of the scene")
-    before: int = quantity("", "1", "how many of them were in the store at the start")
-    failures: tuple[str, ...] = quantity("", "", "a line for each point that failed, now or before, with where and why")
+    before: int = quantity("", "1", "points that were in the store at the start")
+    failures: tuple[str, ...] = quantity(
+        "", "", "a line for each point that failed, now or before, with its place and the reason"
+    )
     seconds: float = quantity("", "s", "time it took")
     damaged: int = quantity("", "1", "points whose chunks were damaged, and were computed again", default=0)
     mended: tuple[str, ...] = quantity(
@@ -70,8 +72,8 @@ def sweep(
     Returns
     -------
     SweepResult
-        Among others a line for each point that failed. A point inside the horizon is one; it does not affect others.
-        So are the points of a block with which twelve workers died.
+        Among other things, a line for each point that failed. A point inside the horizon is one of them, and does not
+        affect others; so are the points of a block on which twelve workers died.
 
     Raises
     ------

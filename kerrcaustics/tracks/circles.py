@@ -38,8 +38,8 @@ GALACTIC_POLE = (math.radians(90 - 27.12825), math.radians(192.85948))
 class CircleCurve(Shown):
     """An image of a great circle, or of a part of it: a curve on the camera sky."""
 
-    camera: Viewer = quantity("", "", "who sees it", column="")
-    surface: End = quantity("", "", "where the circle lies", column="")
+    camera: Viewer = quantity("", "", "the viewer", column="")
+    surface: End = quantity("", "", "surface on which the circle lies", column="")
     index: int = quantity("", "1", "Morse index")
     sky: Array = quantity("point axis", "1", "directions N; of an Observer (alpha, beta)")
     longitude: Array = quantity("point", "rad", "longitude on the circle, unwrapped, growing")
@@ -86,15 +86,15 @@ class CircleImages(Shown):
     """
 
     camera: Viewer = quantity("", "", "the camera", json="", column="")
-    surface: End = quantity("", "", "where the circle lies", json="", column="")
+    surface: End = quantity("", "", "surface on which the circle lies", json="", column="")
     normal: tuple[float, float] = quantity("angle", "rad", "theta', phi' of the circle's normal", given=True)
-    curves: tuple[CircleCurve, ...] = quantity("curve", "", "its images, by index")
+    curves: tuple[CircleCurve, ...] = quantity("curve", "", "images of the circle, by index")
     per_index: dict[int, int] = quantity("morse_index", "1", "number of curves, by index")
     events: PairEvents = quantity("event", "", "events at which two of its images meet, in order of longitude")
     certified: bool = quantity(
         "", "1", "True if the number of curves at every longitude is that required by the winding of the caustics"
     )
-    remarks: tuple[str, ...] = quantity("", "", "what is not sure", default=())
+    remarks: tuple[str, ...] = quantity("", "", "remarks on what is uncertain", default=())
 
     @property
     @derived("", "1")

@@ -42,8 +42,8 @@ class EventDerivatives(Shown):
     error: Array = quantity(
         "event kind", "1", "estimated errors of the derivatives of azimuth and of time, relative to their largest"
     )
-    camera: Viewer = quantity("", "", "who sees the events", json="", column="")
-    surface: End = quantity("", "", "where the source lies", json="", column="")
+    camera: Viewer = quantity("", "", "the viewer of the events", json="", column="")
+    surface: End = quantity("", "", "surface on which the source lies", json="", column="")
 
     def __len__(self) -> int:
         """Number of events."""

@@ -32,7 +32,7 @@ _TURN = 2 * math.pi
 class PairEvent(Shown):
     """Two images of a source appear or vanish: the source crosses a caustic."""
 
-    surface: End = quantity("", "", "where the source lies", column="")
+    surface: End = quantity("", "", "surface on which the source lies", column="")
     kind: str = quantity(
         "",
         "",
@@ -66,7 +66,7 @@ class PairEvent(Shown):
         "", "1", "True if the rays meet the sphere, within the camera's radius, for the second time"
     )
     at_cusp: bool = quantity("", "1", "True where the star passes through a cusp: the pair meets a third image")
-    remarks: tuple[str, ...] = quantity("", "", "what is unusual or uncertain; otherwise empty")
+    remarks: tuple[str, ...] = quantity("", "", "remarks on what is unusual or uncertain; otherwise empty")
 
     def __repr__(self) -> str:
         """Summary in one line: what, which images, when."""
@@ -76,13 +76,13 @@ class PairEvent(Shown):
 
 @result("events/1")
 class PairEvents(Items[PairEvent]):
-    """Pair events in the order of time: a sequence."""
+    """Pair events in order of time: a sequence."""
 
     events: tuple[PairEvent, ...] = quantity("event", "", "the events", column="")
-    camera: Viewer = quantity("", "", "who sees the images", json="", column="")
-    surface: End = quantity("", "", "where the source lies", json="", column="")
+    camera: Viewer = quantity("", "", "the viewer of the images", json="", column="")
+    surface: End = quantity("", "", "surface on which the source lies", json="", column="")
     certified: bool = quantity("", "1", "True when nothing is in doubt")
-    remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")
+    remarks: tuple[str, ...] = quantity("", "", "remarks on what is in doubt; empty when certified")
 
 
 @usual_warnings
@@ -115,7 +115,7 @@ def pair_events(
     Returns
     -------
     PairEvents
-        A sequence of PairEvent, in the order of time.
+        A sequence of PairEvent, in order of time.
 
     Raises
     ------
@@ -159,7 +159,7 @@ def _events_in_ring(domain: Ring, camera: Viewer, surface: End, level: float, ma
 
 
 def in_time(events: Iterable[PairEvent]) -> tuple[PairEvent, ...]:
-    """Events in the order of time, or of longitude."""
+    """Events in order of time, or of longitude."""
     return tuple(sorted(events, key=when))
 
 

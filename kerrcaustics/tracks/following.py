@@ -37,7 +37,7 @@ class FollowedStar(Shown):
     one step. Images of index max_index are an exception: their partner may have a higher index.
     """
 
-    images: tuple[StarImages, ...] = quantity("camera", "", "one for each camera, each with its certificate")
+    images: tuple[StarImages, ...] = quantity("camera", "", "images for each camera, each with its certificate")
     before: tuple[Array, ...] = quantity(
         "camera image",
         "1",

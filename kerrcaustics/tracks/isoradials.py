@@ -42,7 +42,7 @@ _ROUNDING, _CLOSE = 2e-16, 1e-6
 class Isoradial(Shown):
     """The image of a circle round the hole, at one crossing of its plane."""
 
-    camera: Viewer = quantity("", "", "who sees it", column="")
+    camera: Viewer = quantity("", "", "the viewer", column="")
     crossing: int = quantity("", "1", "number of the crossing of the plane, counted from 1")
     radius: float = quantity("", "GM/c^2", "radius of the circle")
     sky: Array = quantity(
@@ -62,7 +62,7 @@ class Isoradial(Shown):
         "observer; None if not requested",
         default=None,
     )
-    time_error: Array | None = quantity("point", "GM/c^3", "estimated error of time; None as that", default=None)
+    time_error: Array | None = quantity("point", "GM/c^3", "estimated error of time; None if time is", default=None)
 
     def __repr__(self) -> str:
         """Summary in one line."""
@@ -81,7 +81,7 @@ class IsoradialSet(Items[Isoradial]):
         "True when every circle is seen at every crossing as one closed curve round the shadow, along which the "
         "azimuth runs as the Morse index says, once round in all",
     )
-    remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")
+    remarks: tuple[str, ...] = quantity("", "", "remarks on what is in doubt; empty when certified")
 
 
 @usual_warnings

@@ -44,12 +44,12 @@ _ROUNDING = 1e-12
 class SpotEvent(Shown):
     """The creation, or annihilation, of two images of a spot."""
 
-    camera: Viewer = quantity("", "", "who sees it", column="")
+    camera: Viewer = quantity("", "", "the viewer", column="")
     kind: str = quantity("", "", '"creation" or "annihilation"')
-    crossing: int = quantity("", "1", "which crossing of the plane, from 1")
+    crossing: int = quantity("", "1", "number of the crossing of the plane, from 1")
     moment: float = quantity("", "GM/c^3", "time of the camera, within the first orbit")
-    azimuth: float = quantity("", "rad", "of the spot when the light left it", json="azimuth_deg")
-    sky: Array = quantity("axis", "1", "N where it is seen; of an Observer (alpha, beta)")
+    azimuth: float = quantity("", "rad", "azimuth of the spot when the light left it", json="azimuth_deg")
+    sky: Array = quantity("axis", "1", "direction N where it is seen; of an Observer (alpha, beta)")
     error: float = quantity("", "GM/c^3", "estimated error of moment")
     sky_error: float = quantity("", "sky", "estimated error of sky, along the image of the orbit")
 
@@ -62,14 +62,14 @@ class SpotEvent(Shown):
 class LightCurve(TimeTable):
     """The light of a spot that circles the hole, as a viewer receives it."""
 
-    camera: Viewer = quantity("", "", "who receives it", json="", column="")
+    camera: Viewer = quantity("", "", "the viewer that receives it", json="", column="")
     radius: float = quantity("", "GM/c^2", "radius of the orbit", json="orbit")
     size: float = quantity("", "GM/c^2", "standard deviation of the spot along its orbit")
     period: float = quantity("", "GM/c^3", "period of the orbit")
     time: Array = quantity(
         "time",
         "GM/c^3",
-        "of the camera; at 0 the spot's own azimuth is 0. An Observer's time is later by r + 2 ln r of the observer",
+        "time of the camera, 0 when the spot's own azimuth is 0; an Observer's is later by r + 2 ln r of the observer",
     )
     flux: Array = quantity(
         "time",
@@ -97,7 +97,7 @@ class LightCurve(TimeTable):
         "True when no image of the orbit, and no event, is missing at the requested crossings: each is one "
         "closed curve round the shadow, along which the azimuth runs as the Morse index says, once round in all",
     )
-    remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")
+    remarks: tuple[str, ...] = quantity("", "", "remarks on what is in doubt; empty when certified")
 
 
 def spot_light_curve(
@@ -111,7 +111,7 @@ def spot_light_curve(
     power: float,
     points: int,
 ) -> LightCurve:
-    """The light of a small spot on a circular orbit in the equatorial plane: `kerrcaustics.light_curve` of it."""
+    """The light of a small spot on a circular orbit in the equatorial plane, for `kerrcaustics.light_curve`."""
     spot = _checked_spot(camera, orbit, size, motion, power)
     crossings, points = whole_number("crossings", crossings, 1, 12), whole_number("points", points, 16, 100_000)
     clock = clock_of(times, spot.period)

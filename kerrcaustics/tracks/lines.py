@@ -37,9 +37,9 @@ _SAFETY = 2.0
 
 @result("crossings/1", record="per_index expected certified remarks", rows="sky index longitude time time_error error")
 class LineCrossings(Shown):
-    """Crossings of a line on the camera sky with the images of a great circle, in the order along the line."""
+    """Crossings of a line on the camera sky with the images of a great circle, in order along the line."""
 
-    camera: Viewer = quantity("", "", "who sees them", column="")
+    camera: Viewer = quantity("", "", "the viewer", column="")
     sky: Array = quantity("crossing axis", "1", "directions N; of an Observer (alpha, beta)")
     index: Array = quantity("crossing", "1", "Morse index")
     longitude: Array = quantity("crossing", "rad", "longitude on the circle, in (-pi, pi]")
@@ -47,9 +47,11 @@ class LineCrossings(Shown):
     time_error: Array = quantity("crossing", "GM/c^3", "error of time")
     error: Array = quantity("crossing", "sky", "error along the line")
     per_index: dict[int, int] = quantity("morse_index", "1", "number of crossings, by index")
-    expected: dict[int, int] = quantity("morse_index", "1", "the same, counted along the curves of `circle_images`")
+    expected: dict[int, int] = quantity(
+        "morse_index", "1", "number of crossings, by index, counted along the curves of `circle_images`"
+    )
     certified: bool = quantity("", "1", "True if both counts agree, and the first one left nothing undecided")
-    remarks: tuple[str, ...] = quantity("", "", "what is uncertain", default=())
+    remarks: tuple[str, ...] = quantity("", "", "remarks on what is uncertain", default=())
 
 
 class _SkyLine:

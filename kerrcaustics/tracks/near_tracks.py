@@ -38,8 +38,8 @@ _FEW_STEPS, _SAME = 12, 1e-6
 class SeenNodes:
     """The nodes of a level curve as the camera sees them.
 
-    light; eastward: whose photons move eastward at the camera; events: which event each node is, -1 where it is none;
-    remarks: what is in doubt.
+    light; eastward: True where photons move eastward at the camera; events: which event each node is, -1 where it is
+    none; remarks: what is in doubt.
     """
 
     light: MeasuredLight
@@ -62,7 +62,7 @@ def branches_from(camera: Viewer, theta: float, max_index: int, end: Sphere) -> 
 
 
 def seen_from(camera: Viewer, theta: float, branches: Branches, own: PathEvents, end: Sphere) -> SeenNodes | None:
-    """The nodes on the camera's sky; own: the events there, None is returned where they are not those of branches."""
+    """The nodes on the camera's sky; own: the events there; None where they are not those of branches."""
     nodes = branches.nodes
     partners = _partners(branches, own)
     if partners is None:

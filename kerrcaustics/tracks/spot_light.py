@@ -125,7 +125,7 @@ def received(ring: SplinedCurve, orbital: float, time: Array, deviation: float) 
     """Light at some times of a spot with a Gaussian profile of unit area in azimuth; the same times the place, times T.
 
     The curve is a chain of short pieces on which the phase is linear and the light is the same: each is integrated
-    exactly, however long it is beside the spot.
+    exactly, however long it is compared with the spot.
     """
     knots = ring.phase.x
     edge_phase = np.append(

@@ -23,8 +23,8 @@ class Track(Shown):
     events, where images of two indices meet: there `index` is that of the inner side, and `parity` is 0.
     """
 
-    camera: Viewer = quantity("", "", "who sees it", column="")
-    surface: End = quantity("", "", "where the source lies", column="")
+    camera: Viewer = quantity("", "", "the viewer", column="")
+    surface: End = quantity("", "", "surface on which the source lies", column="")
     sky: Array = quantity("point axis", "1", "directions N; of an Observer (alpha, beta)")
     azimuth: Array = quantity(
         "point",

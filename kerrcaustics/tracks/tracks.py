@@ -45,8 +45,8 @@ _TOGETHER = 256
 class StarTracks(Shown):
     """All tracks of a source that circles the spin axis, or that is at rest while the camera circles it."""
 
-    camera: Viewer = quantity("", "", "who sees them", json="", column="")
-    surface: End = quantity("", "", "where the source lies", json="", column="")
+    camera: Viewer = quantity("", "", "the viewer", json="", column="")
+    surface: End = quantity("", "", "surface on which the source lies", json="", column="")
     level: float = quantity("", "level", "theta' of the source; in the plane r", json="star", given=True)
     max_index: int = quantity("", "1", "highest Morse index requested")
     angular_velocity: float = quantity(
@@ -55,7 +55,7 @@ class StarTracks(Shown):
     period: float = quantity("", "GM/c^3", "time of one orbit of the camera; infinite if the source moves instead")
     tracks: tuple[Track, ...] = quantity("track", "", "tracks, those with images of low index first")
     events: PairEvents = quantity(
-        "event", "", "pair creations and annihilations of images up to max_index, in the order of time"
+        "event", "", "pair creations and annihilations of images up to max_index, in order of time"
     )
     ends: tuple[PairEvent, ...] = quantity(
         "end",
@@ -68,7 +68,7 @@ class StarTracks(Shown):
         "True if the number of images of each index agrees with the certificate at all azimuths (see `StarImages`), "
         "and nothing is in doubt",
     )
-    remarks: tuple[str, ...] = quantity("", "", "what is in doubt; empty when certified")
+    remarks: tuple[str, ...] = quantity("", "", "remarks on what is in doubt; empty when certified")
 
     def __repr__(self) -> str:
         """Summary in one line: the star, how many tracks and events."""

@@ -35,10 +35,10 @@ METHODS = get_args(WaveMethod)
     rows="frequency real imaginary error method",
 )
 class Amplification(FrequencyTable):
-    """The field of a monochromatic source, in units of its modulus without the hole; the phase is the whole one."""
+    """The field of a monochromatic source, with its full phase, in units of its modulus without the hole."""
 
-    camera: Viewer = quantity("", "", "who sees it", json="", column="")
-    surface: End = quantity("", "", "where the source lies", json="", column="")
+    camera: Viewer = quantity("", "", "the viewer", json="", column="")
+    surface: End = quantity("", "", "surface on which the source lies", json="", column="")
     source: tuple[float, float] = quantity("angle", "place", "theta', phi' of the source", given=True)
     max_index: int = quantity("", "1", "highest Morse index requested")
     frequency: Array = quantity("wave", "c^3/GM", "angular frequency at infinity, times the mass")
@@ -54,7 +54,7 @@ class Amplification(FrequencyTable):
     )
     image_time: Array = quantity("image", "GM/c^3", TRAVEL_TIME)
     certified: bool = quantity("", "1", "True when no image is missing; on a caustic two of them are one")
-    remarks: tuple[str, ...] = quantity("", "", "what is in doubt or left out")
+    remarks: tuple[str, ...] = quantity("", "", "remarks on what is in doubt or left out")
 
     @property
     def value(self) -> Array:
@@ -63,7 +63,7 @@ class Amplification(FrequencyTable):
 
     @property
     def images(self) -> StarImages:
-        """The images up to `max_index`, looked for again."""
+        """The images up to `max_index`, searched for again."""
         return star_images(self.camera, self.source, self.max_index, end=self.surface)
 
     def __repr__(self) -> str:
@@ -111,12 +111,11 @@ def amplification(
     -------
     Amplification
         The field in units of the modulus that it has without the hole; waves go as exp(-i omega t). The phase is the
-        whole one, omega T with the times T of `trace_rays`: multiply by exp(-i omega T_0) for the field relative to a
-        wave that takes the time T_0. For an Observer at infinity and the celestial sphere
-        it is the scattering amplitude, a length: |f|^2 is the cross section per solid angle, without the incident wave.
-        The strength of a source at a finite radius refers to coordinate time, and its field without the hole is that
-        at the flat-space distance between the two places, computed from their coordinates: source and viewer may
-        be interchanged.
+        full one, omega T with the times T of `trace_rays`: multiply by exp(-i omega T_0) for the field relative to a
+        wave that takes the time T_0. For an Observer at infinity and the celestial sphere it is the scattering
+        amplitude, a length: |f|^2 is the cross section per solid angle, without the incident wave. The strength of a
+        source at a finite radius refers to coordinate time, and its field without the hole is that at the flat-space
+        distance between the two places, computed from their coordinates: source and viewer may be interchanged.
 
     Raises
     ------
@@ -125,8 +124,8 @@ def amplification(
 
     Errors
     ------
-    `Amplification.error`: that of asymptotics falls as 1 / frequency, by as much as partial waves show; that of pairs
-    that are summed, with the phase between them; and that of images of higher index is their amplitude.
+    `Amplification.error`: that of asymptotics falls as 1 / frequency, with a size that partial waves show; that of
+    summed pairs falls as the phase between them grows; and that of images of higher index is their amplitude.
 
     Notes
     -----
@@ -159,7 +158,7 @@ def amplification(
 def _checked_frequencies(frequencies: ArrayLike) -> Float[Array, " frequencies"]:
     omega = np.atleast_1d(numbers("frequencies", frequencies))
     if omega.ndim != 1 or not len(omega):
-        raise ValueError(f"Argument `frequencies` must be a number or a list of some, but has the shape {omega.shape}.")
+        raise ValueError(f"Argument `frequencies` must be a number or a list, but has the shape {omega.shape}.")
     wrong = ~(np.isfinite(omega) & (np.abs(omega) >= LEAST_FREQUENCY))
     if wrong.any():
         raise ValueError(

@@ -71,7 +71,7 @@ def best_parts(
     omega: Float[Array, " frequencies"],
     how: str,
 ) -> list[GroupWaves]:
-    """Groups of two neighbouring indices, from 0 and 1 on or from 1 and 2 on: those whose error is smaller in all."""
+    """Groups of two neighbouring indices, from 0 and 1 on or from 1 and 2 on: those with the smaller total error."""
     sheets, star = source.sheets(min(highest + 1, HIGHEST_INDEX)), source.star
     groups = []
     for order in range(1, highest + 2):

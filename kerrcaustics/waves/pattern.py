@@ -48,8 +48,8 @@ _MOST_PIXELS = 2000
 class DiffractionPattern(Shown):
     """The field at the viewer, for sources all over a part of the celestial sphere, at one frequency."""
 
-    camera: Viewer = quantity("", "", "who sees it", json="", column="")
-    surface: End = quantity("", "", "where the sources lie", json="", column="")
+    camera: Viewer = quantity("", "", "the viewer", json="", column="")
+    surface: End = quantity("", "", "surface on which the sources lie", json="", column="")
     frequency: float = quantity("", "c^3/GM", "angular frequency at infinity, times the mass")
     max_index: int = quantity("", "1", "highest Morse index requested")
     orders: tuple[int, ...] = quantity("", "1", "orders of the critical curves whose images contribute")
@@ -58,7 +58,7 @@ class DiffractionPattern(Shown):
     real: Array = quantity("row column", "1", "real part of the field; of an Observer at infinity in GM/c^2")
     imaginary: Array = quantity("row column", "1", "imaginary part")
     error: Array = quantity("row column", "1", "estimated error of the field")
-    remarks: tuple[str, ...] = quantity("", "", "what is left out")
+    remarks: tuple[str, ...] = quantity("", "", "remarks on what is left out")
 
     @property
     def value(self) -> Array:
@@ -106,7 +106,7 @@ def diffraction_pattern(
     ------
     ValueError
         If an argument is invalid, or the ring of images at the caustic next to the middle of the region has no integral
-        all over it: the far parts of caustics that are longer than a right angle have none.
+        in some part of the region: the far parts of caustics that are longer than a right angle have none.
 
     Errors
     ------

@@ -30,8 +30,8 @@ class NearestCurve:
     """The integrand of a ring of images, at equally spaced lines.
 
     order: of the critical curve; phase: T - B . n_s; amplitude: of the sum; far_off: by how much its error is larger
-    than on the axis; roughness: the last Fourier coefficients by the largest; is_smooth: whether the curve is one, and
-    every line crosses it once, but for lines in the gap; gap: lines that are left out; short_fade: the amplitude that
+    than on the axis; roughness: the last Fourier coefficients over the largest; is_smooth: True if it is one curve that
+    every line crosses once, but for lines in the gap; gap: lines that are left out; short_fade: the amplitude that
     fades faster beside the gap.
     """
 
@@ -131,6 +131,6 @@ def rate_of(values: Array) -> Array:
 
 
 def roughness_of(values: Float[Array, " lines"]) -> float:
-    """The largest of the last quarter of Fourier coefficients, by the largest of all, or by that of a tiny function."""
+    """The largest of the last quarter of Fourier coefficients over the largest of all, or that of a tiny function."""
     series = np.abs(np.fft.rfft(values))
     return float(series[-len(series) // 4 :].max() / max(series.max(), _TINY * len(values)))

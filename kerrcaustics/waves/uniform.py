@@ -31,7 +31,7 @@ def fold_pair(
 def ring_pair(
     omega: Float[Array, " frequencies"], index: int, time: tuple[float, float], amplitude: tuple[float, float]
 ) -> Float[Array, " frequencies"]:
-    """The same of the only two images of a ring, across the axis from each other."""
+    """The field of the only two images of a ring, across the axis from each other."""
     chi = omega * (time[1] - time[0]) / 2
     size = np.sqrt(chi / 2)
     return _joined(omega, index, time, amplitude, size * scipy.special.j0(chi), size * scipy.special.j1(chi))

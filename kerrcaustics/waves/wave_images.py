@@ -18,10 +18,10 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class WaveImages(Rows):
-    """Images of one star, an entry each.
+    """Images of one star, one entry each.
 
-    index: Morse index; amplitude: g times the root of the magnification, at finite radii by that in empty space; time:
-    of travel; around: position angle about the hole, radians.
+    index: Morse index; amplitude: g times the root of the magnification, at finite radii over that in empty space;
+    time: of travel; around: position angle about the hole, radians.
     """
 
     index: Int[Array, " images"]

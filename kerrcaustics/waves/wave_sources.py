@@ -27,10 +27,10 @@ class WaveSource:
     place: tuple[float, float]
 
     def beyond_viewer(self) -> "WaveSource":
-        """The same; a source that is nearer to the hole than the viewer changes places with it.
+        """The same source; one that is nearer to the hole than the viewer changes places with it.
 
-        The field of a source whose strength is by coordinate time stays the same then: Kerr spacetime is the same with
-        time and azimuth reversed together.
+        The field of a source whose strength refers to coordinate time stays the same then: Kerr spacetime is the same
+        with time and azimuth reversed together.
         """
         viewer, radius = self.viewer, float(self.surface.radius)
         if radius >= viewer.radius:
@@ -46,7 +46,7 @@ class WaveSource:
 
     @property
     def nearness(self) -> float:
-        """To the hole, of viewer and source: the sum of their inverse radii."""
+        """Nearness to the hole of viewer and source: the sum of their inverse radii."""
         return 1 / self.viewer.radius + 1 / float(self.surface.radius)
 
     def sheets(self, max_index: int) -> Sheets:
@@ -56,10 +56,10 @@ class WaveSource:
     def amplitudes(
         self, camera: Viewer, sky: Float[Array, "rays 3"], beams: Beams, area: Float[Array, " rays"]
     ) -> Float[Array, " rays"]:
-        """Moduli of the waves along rays, by that without the hole.
+        """Moduli of the waves along rays, divided by that without the hole.
 
-        camera: who the directions `sky` and the beams belong to; area: on the viewer's sky at rest by solid angle on
-        the source's sphere. Light of energy 1 at infinity goes through the area sqrt(R) by that angle there, R its
+        camera: the viewer of the directions `sky` and the beams; area: on the viewer's sky at rest per solid angle on
+        the source's sphere. Light of energy 1 at infinity goes through the area sqrt(R) per that angle there, R its
         radial potential, and not through r^2.
         """
         intensity = redshift(camera.frame(), sky) ** 2 * area / unlensed(self.viewer) ** 2

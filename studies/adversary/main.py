@@ -1,4 +1,4 @@
-"""Does any answer lie? Hard cases at random, both engines, three tolerances, and every claim held against the truth.
+"""Search for wrong answers: random hard cases, both engines, three tolerances, and every claim held against the truth.
 
     kerrcaustics study adversary
 

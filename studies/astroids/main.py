@@ -1,4 +1,4 @@
-"""Whether every caustic is a closed astroid with four cusps, and mirror symmetric where it must be.
+"""Check that every caustic is a closed astroid with four cusps, and mirror symmetric where it must be.
 
     kerrcaustics study astroids
 

@@ -1,4 +1,4 @@
-"""Is what a disk shows what theory, other programs and slower sums say? Each check with its number and its bound.
+"""Check disks against theory, other programs and slower sums: each check with its number and its bound.
 
     kerrcaustics study disk_checks
 

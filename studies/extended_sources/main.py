@@ -1,4 +1,4 @@
-"""Whether magnifications of sources of finite size are what a sum over rays says, and what they cost.
+"""Check magnifications of sources of finite size against sums over rays, and measure what they cost.
 
     kerrcaustics study extended_sources
 

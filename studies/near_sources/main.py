@@ -1,4 +1,4 @@
-"""Whether certified images of near sources are all there are, against a slow twin that knows nothing of caustics.
+"""Check that no image of a near source is missing, with a slow twin that does not use caustics.
 
     kerrcaustics study near_sources
 

@@ -1,4 +1,4 @@
-"""Whether ways to compute the waves of a source agree, and what error costs what time.
+"""Check that all ways to compute the waves of a source agree, and compare their errors with their times.
 
     kerrcaustics study waves
 

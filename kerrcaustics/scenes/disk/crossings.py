@@ -46,9 +46,9 @@ MOST_CROSSINGS = 12
 class Fineness(NamedTuple):
     """Fineness of a map.
 
-    least: size of the smallest cells, on the finest lattice, and less than a pixel; of_pixel: the part of a pixel that
-    patches may be off; widest: the size of the largest cells (radians), as constants of the photon and travel times are
-    linear in them; faintest: the part of every pixel that no later crossing covers when the map ends.
+    least: size of the smallest cells, on the finest lattice, and less than a pixel; of_pixel: the part of a pixel by
+    which patches may be off; widest: the size of the largest cells (radians), as constants of the photon and travel
+    times are linear in them; faintest: the part of every pixel that no later crossing covers when the map ends.
     """
 
     least: int
@@ -113,18 +113,18 @@ class Lattice(NamedTuple):
 
     @classmethod
     def draft(cls, camera: Viewer, view: Raster, timed: bool) -> "Lattice":
-        """The crossings of a draft."""
+        """The lattice of a draft."""
         return cls(camera, view, timed, DRAFT.least, fineness=DRAFT)
 
     @classmethod
     def at_moment(cls, camera: Viewer, view: Raster, timed: bool, number: int, moments: int) -> "Lattice":
-        """The crossings of so many moments, each with rays of its own."""
+        """The lattice of one of so many moments, each with rays of its own."""
         least = 2 ** min(int(math.log2(moments) / 2), _MOST_HALVINGS)
         return cls(camera, view, timed, least, number * _GOLDEN % 1.0)
 
     @property
     def columns(self) -> int:
-        """More than there are corners from left to right."""
+        """A number larger than that of corners from left to right."""
         return (self.view.width + 2 * LARGEST) * FINEST
 
     def roots(self) -> Squares:

@@ -30,7 +30,7 @@ OPPOSITE: dict[str, DiskMotion] = {
 
 
 def inner_rim(inner: Any, motion: str, spin: float) -> Any:
-    """The inner rim of a disk about a hole: of "isco" the radius of the innermost stable orbit in its sense."""
+    """The inner rim of a disk about a hole: for "isco", the radius of the innermost stable orbit in its sense."""
     return isco(spin, motion != "retrograde") if _is_isco(inner) else inner
 
 
@@ -56,19 +56,19 @@ class Disk:
         Radii of its rims, outside the horizon. inner may be "isco", the innermost stable circular orbit about the hole
         that it is seen with: the retrograde one for motion "retrograde", else the prograde one.
     emission : BlackBody, PowerLaw, PageThorne, Swatches, Texture, Spots, Wisps or anything else with their methods
-        What it shines with; both faces alike.
+        The light that it emits, the same on both faces.
     opacity : float or function
-        The part of the light behind that the disk keeps from one who looks along its axis, 0 to 1: 1 - exp(-tau). It
-        does not affect the emission: a transparent disk shines too. Left out, 1, or the alpha of a `Texture`.
+        The part of the light behind that the disk blocks when seen along its axis, 0 to 1: 1 - exp(-tau). It does not
+        affect the emission: a transparent disk shines too. If omitted, 1, or the alpha of a `Texture`.
     motion : str
-        Of what shines, for the shifts of frequency and for the pattern as time goes by: "circular" (prograde circular
-        geodesics), "retrograde", "static" (at rest in Boyer-Lindquist coordinates), "plunging" (circular down to the
-        ISCO, and from there falling with its energy and angular momentum).
+        Motion of what shines, for the shifts of frequency and for the pattern as time goes by: "circular" (prograde
+        circular geodesics), "retrograde", "static" (at rest in Boyer-Lindquist coordinates), "plunging" (circular down
+        to the ISCO, and from there falling with its energy and angular momentum).
     slant : bool
-        Slanting light has a longer way through the disk, 1 / cos i as its matter measures the angle. Left out, true,
-        but for the alpha of a `Texture`, whose holes are holes from all sides.
+        True if slanting light has a longer path through the disk, by 1 / cos i with the angle i that its matter
+        measures. If omitted, true, except for the alpha of a `Texture`, whose holes are holes from all sides.
     brightness : float
-        Factor of its light, beside a sky in another unit: some hundred before a `StarField`.
+        Factor of its light, for a sky in another unit: some hundred in front of a `StarField`.
 
     Raises
     ------
@@ -145,7 +145,7 @@ class Disk:
         return orbital(self.motion, spin, radius)
 
     def opacity_at(self, radius: Float[Array, " n"], azimuth: Float[Array, " n"]) -> Float[Array, " n"]:
-        """The part (n,) of the light behind that is kept from one who looks along the axis."""
+        """The part (n,) of the light behind that is blocked when seen along the axis."""
         if not callable(self.opacity):
             return np.full(len(radius), float(self.opacity))
         opacity = np.asarray(self.opacity(radius, azimuth), float) + np.zeros_like(radius)
@@ -167,5 +167,5 @@ class Disk:
 
 
 def orbital(motion: str, spin: float, radius: Array) -> Array:
-    """dphi / dt (n,) of matter that moves so, at radii; 0 where nothing can circle."""
+    """dphi / dt (n,) of matter that moves in this way, at radii; 0 where nothing can circle."""
     return np.nan_to_num(np.asarray(EMITTERS[motion](spin, radius, 0.0).orbital) + np.zeros_like(radius))

@@ -81,7 +81,7 @@ class BlackBody(ThermalEmission):
     response: ResponseLike = "cie"
 
     def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
-        """The same everywhere."""
+        """Temperature in kelvin, the same everywhere."""
         return np.full(np.shape(radius), float(self.peak))
 
 
@@ -94,7 +94,7 @@ class PowerLaw(ThermalEmission):
     peak : float
         Kelvin, at the radius `at`.
     exponent : float
-        Temperature goes as radius ** -exponent; 3/4 far out in any disk that radiates what falling in sets free.
+        Temperature goes as radius ** -exponent; 3/4 far out in any disk that radiates the energy that infall sets free.
     at : float
     response : str or MeasuredResponse
         "cie", "film" or measured curves, as for `black_body`.
@@ -124,13 +124,13 @@ class PowerLaw(ThermalEmission):
         check_number("at", self.at, "be a positive, finite radius", positive)
 
     def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
-        """Kelvin."""
+        """Temperature in kelvin."""
         return np.asarray(self.peak * (radius / self.at) ** -self.exponent)
 
 
 @dataclass(frozen=True)
 class PageThorne(ThermalEmission):
-    """The thin disk that falls in steadily and radiates as a black body what this sets free; dark within the ISCO.
+    """The thin disk with steady infall that radiates the released energy as a black body; dark within the ISCO.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ class PageThorne(ThermalEmission):
     response: ResponseLike = "cie"
 
     def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
-        """Kelvin: the fourth root of the flux."""
+        """Temperature in kelvin: the fourth root of the flux."""
         return np.asarray(self.peak * (page_thorne_flux(spin, radius) / _most_flux(spin)) ** 0.25)
 
 
@@ -207,9 +207,9 @@ class Swatches:
     Parameters
     ----------
     rows, columns : int
-        Swatches from rim to rim, and once round; columns are even.
+        Numbers of swatches from rim to rim, and once round; columns must be even.
     gap : float
-        Part of a swatch's period, below 1, that is the gap, in either direction.
+        Part of a swatch's period, below 1, that the gap takes up, in either direction.
     colours : tuple of str
         "#rrggbb" from the inner rim to the outer one; rows between two of them are mixed in linear light.
     gap_colour : str
@@ -305,8 +305,8 @@ class Texture:
     light : (h, w, 3) array
         Linear sRGB, any unit.
     alpha : (h, w) array, optional
-        The part of the light behind that each pixel keeps, 0 to 1, and the part of its own light that it shines. A
-        `Disk` without an opacity of its own has this one. Left out, the picture says nothing of what is behind.
+        The part of the light behind that each pixel blocks, 0 to 1, and the part of its own light that it emits. A
+        `Disk` without an opacity of its own has this one. If omitted, the picture says nothing about what is behind.
 
     Raises
     ------
@@ -347,7 +347,7 @@ class Texture:
     def read(cls, path: str | os.PathLike[str], *, mirror: bool = False) -> "Texture":
         """The texture of a PNG, JPEG or OpenEXR file: the first two count as sRGB, OpenEXR as linear.
 
-        Writing reads from the south, with mirror from the north. PNG files may have an alpha channel.
+        Writing is readable from the south, with mirror from the north. PNG files may have an alpha channel.
         """
         picture, alpha = read_picture_with_alpha(path)
         step = -1 if mirror else 1
@@ -376,7 +376,7 @@ class Texture:
         return values
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
-        """The number for which a part is as large as a pixel of the picture, to a limit."""
+        """The number for which a part is as large as a pixel of the picture, up to a limit."""
         texels = np.maximum(size[:, 0] * self.shape[0], size[:, 1] * self.shape[1] / (2 * math.pi))
         return np.clip(2 ** np.ceil(np.log2(np.maximum(3 * texels, 1))), 4, 2 * _PARTS).astype(int)
 
@@ -397,12 +397,12 @@ class AlphaOpacity:
         return _part(bilinear(self.texture.cover[0], 1 - across, (azimuth - self.angle) / (2 * math.pi)))
 
     def mean(self, samples: DiskSamples) -> Float[Array, " n"]:
-        """The same (n,), averaged over samples."""
+        """The opacity (n,), averaged over samples."""
         assert self.texture.cover is not None
         return _part(self.texture.mean(self.texture.cover, samples._replace(azimuth=samples.azimuth - self.angle)))
 
     def turned(self, angle: float) -> "AlphaOpacity":
-        """The same, turned by an angle (radians, toward larger phi)."""
+        """The opacity turned by an angle (radians, toward larger phi)."""
         return replace(self, angle=self.angle + angle)
 
 

@@ -24,7 +24,7 @@ _DIVISIONS = 6
 def render_flat(
     camera: Camera, view: View, sky: Sky | None = None, *, disk: Disk | None = None
 ) -> Float[Array, "height width 3"]:
-    """Light (height, width, 3) of a sky and a disk as a camera at rest sees them where no hole is.
+    """Light (height, width, 3) of a sky and a disk as a camera at rest sees them where there is no hole.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def render_flat(
 
     Errors
     ------
-    Pixels of the disk are the means of 36 places, and its rims are as good as these are many.
+    Pixels of the disk are the means of 36 places, and its rims are as accurate as these places allow.
     """
     check_camera(camera)
     check_picture(camera, view)

@@ -45,7 +45,7 @@ _GAUSS = (0.5 - 0.75**0.5 / 3, 0.5 + 0.75**0.5 / 3)
 class Marching:
     """Settings of marched rays: camera, volume, switches of `render`, and the step in scales of what changes.
 
-    crossings: of the equatorial plane, by the first so many of which the light of a ray is divided.
+    crossings: number of the first crossings of the equatorial plane by which the light of a ray is divided.
     """
 
     camera: Viewer

@@ -48,19 +48,19 @@ class OrbitingSpots:
     Parameters
     ----------
     radius : (n,) array
-        Of their orbits.
+        Radii of their orbits.
     phase : float or (n,) array
         Angle of a spot at time 0 along its orbit, from its ascending node.
     inclination : float or (n,) array
-        Of the orbit's highest latitude, 0 to pi; beyond pi / 2 a spot circles against the spin.
+        Inclination of the orbit, as its highest latitude, 0 to pi; beyond pi / 2 a spot circles against the spin.
     node : float or (n,) array
         Azimuth of the ascending node at time 0; a hole that spins turns it.
     temperature, brightness : float or (n,) array
-        Kelvin; factors of a spot's light.
+        Kelvin, and factors of a spot's light.
     size : float
-        Deviation of a spot's profile, in units of the mass.
+        Standard deviation of a spot's profile, in units of the mass.
     streak : float
-        Time over which a spot leaves a trace that fades; 0 for none.
+        Time over which a spot leaves a streak that fades; 0 for none.
     response, fade : str
         As for `Spots`.
 
@@ -72,8 +72,9 @@ class OrbitingSpots:
     Notes
     -----
     In its middle a spot is as bright as a black body, from all sides, and its light falls off as a Gaussian. A spot
-    smaller than a pixel is widened to it, and as much fainter, but to six times its size at most: what pixels see
-    coarser, as the images next to the shadow edge, is grains of light. Orbits may be unstable, as within the ISCO.
+    smaller than a pixel is widened to it, to six times its size at most, and dimmed accordingly: where pixels are
+    coarser than that, as in the images next to the shadow edge, they show grains of light. Orbits may be unstable, as
+    within the ISCO.
 
     Examples
     --------
@@ -147,7 +148,7 @@ class OrbitingSpots:
         return replace(self, node=self.node + angle)
 
     def about(self, spin: float, time: float, delay: bool) -> "Flock":
-        """The spots about a hole as the light of a moment finds them."""
+        """The spots about a hole as the light that arrives at a moment finds them."""
         speed = _FASTEST / math.sqrt(float(self.radius.min()))
         count = math.ceil(self.streak * speed / (_TRACE_STEP * self.size)) if self.streak else 1
         count = min(max(count, 1), _MOST_MOMENTS)

@@ -32,8 +32,8 @@ _MOST_BINS = 10_000
 class LineProfile(Shown):
     """The light of a line, by frequency. Sums over bins are sums of light."""
 
-    camera: Viewer = quantity("", "", "who receives it", json="", column="")
-    edges: Array = quantity("edge", "1", "of the bins, ascending: nu_camera / nu_emitter")
+    camera: Viewer = quantity("", "", "the viewer that receives it", json="", column="")
+    edges: Array = quantity("edge", "1", "edges of the bins, ascending: nu_camera / nu_emitter")
     flux: Array = quantity(
         "bin",
         "solid angle",
@@ -66,7 +66,8 @@ def line_profile(
     inner, outer : float
         Radii of the disk's rims.
     emissivity : float, or function of the radius
-        What the disk emits per area dr r dphi, in all frequencies: radius ** -emissivity, or the function's values.
+        The light that the disk emits per area dr r dphi, at all frequencies: radius ** -emissivity, or the function's
+        values.
     crossing : int
         Number of the crossing of the plane that counts, as if no other part of the disk were in the way.
     motion : str
@@ -89,7 +90,7 @@ def line_profile(
     Errors
     ------
     `LineProfile.error`: the largest change in the bin and its neighbours when every second node is left out, and, where
-    nodes are so few that this says little, the square of the largest one over the highest bin.
+    nodes are so few that this says little, the square of the largest change divided by the highest bin.
 
     References
     ----------
@@ -228,7 +229,7 @@ def round_about(values: Float[Array, "*batch turns"], parts: int) -> Float[Array
 
 
 def barycentric(node: Float[Array, " nodes"], at: Float[Array, " n"]) -> tuple[Array, Array]:
-    """Matrices (n, nodes) of the polynomial through Chebyshev nodes and of its slope, at places that are no nodes."""
+    """Matrices (n, nodes) of the polynomial through Chebyshev nodes and of its slope, at places that are not nodes."""
     sign = (-1.0) ** np.arange(len(node))
     sign[[0, -1]] /= 2
     gap = at[:, None] - node

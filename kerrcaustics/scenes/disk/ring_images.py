@@ -43,7 +43,7 @@ class RingImages(NamedTuple):
 def middle(camera: Viewer) -> Float[Array, "3"]:
     """Direction N (3,) of the principal null ray, which falls in at the camera's own inclination: it meets no plane.
 
-    Of an observer on the engines' sphere.
+    For an observer, on the engines' sphere.
     """
     frame = camera.frame()
     scale, momentum = frame.cylindrical_scale / frame.zoom, frame.spin * frame.sin_theta

@@ -46,11 +46,11 @@ class Spots:
     Parameters
     ----------
     radius, azimuth : (n,) arrays
-        Of their orbits, and of the spots at time 0.
+        Radii of their orbits, and azimuths of the spots at time 0.
     temperature : float or (n,) array
         Kelvin.
     size : float
-        Deviation of a spot's profile, in units of the mass.
+        Standard deviation of a spot's profile, in units of the mass.
     streak : float
         Time over which a spot leaves a streak that fades; 0 for none.
     response : str or MeasuredResponse
@@ -70,7 +70,7 @@ class Spots:
 
     Notes
     -----
-    A spot smaller than a part of a pixel is widened to it, and as much fainter: its light stays.
+    A spot smaller than a part of a pixel is widened to it, and dimmed accordingly: its light stays the same.
 
     Examples
     --------
@@ -116,7 +116,7 @@ class Spots:
             object.__setattr__(self, name, values[order])
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
-        """The number for which a part is as small as a spot, to a limit."""
+        """The number for which a part is as small as a spot, up to a limit."""
         length = np.maximum(size[:, 0] * float(np.ptp(self.radius) + 1), size[:, 1] * self.radius[-1])
         ratio = np.maximum(length / (_FINE * self.size), 1)
         return np.clip(2 ** np.ceil(np.log2(ratio)), 1, _MOST_PARTS).astype(int)
@@ -199,8 +199,8 @@ class Spots:
 def quadratic_streak(behind: Float[Array, " pairs"], way: Float[Array, " pairs"]) -> Float[Array, " pairs"]:
     """The mean of exp(-(behind + way s)^2 / 2) times 3 (1 - s)^2 over s in 0 to 1.
 
-    With y = behind + way s it is an integral of a square times a Gaussian; where the way is short, by Gauss's places,
-    as its closed form is a difference of large numbers there.
+    With y = behind + way s it is an integral of a square times a Gaussian; where the way is short, it is taken at
+    Gauss's places, as its closed form is a difference of large numbers there.
     """
     places, weights = np.polynomial.legendre.leggauss(8)
     s, weights = (1 + places) / 2, weights / 2

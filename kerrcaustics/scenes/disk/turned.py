@@ -51,7 +51,7 @@ def turned_disk(disk: Disk, angle: float) -> Disk:
 
 
 def turned_volume(volume: Any, angle: float) -> Any:
-    """A volume, or spots in its place, turned by an angle (radians, toward larger phi); with an axis that itself."""
+    """A volume, or spots in its place, turned by an angle (radians, toward larger phi); a symmetric one as it is."""
     angle = math.remainder(angle, 2 * math.pi)
     if angle == 0 or volume.symmetric:
         return volume

@@ -76,9 +76,9 @@ def check_volume(volume: Glowing | None, camera: Viewer) -> None:
 def veil_over(
     camera: Viewer, view: Raster, volume: Glowing | None, shifts: Shifts, crossings: int, when: tuple[float, bool]
 ) -> Veil | None:
-    """The volume in a view; that of the last picture where it is the same, as for a camera on a circular orbit.
+    """The veil of a volume over a view; the last one where it is the same, as for a camera on a circular orbit.
 
-    when: time and delay, of spots.
+    when: time and delay, for spots.
     """
     if volume is None:
         return None

@@ -37,7 +37,7 @@ class VolumeGrid:
     ----------
     values : (radii, thetas, azimuths) array
         From the inner to the outer radius, from the north pole to the south pole, once round from phi = 0; not
-        negative. One azimuth is enough for what has an axis. With one more axis of 3, colours: linear sRGB.
+        negative. One azimuth is enough for what is symmetric. With one more axis, of 3, they are colours: linear sRGB.
     inner, outer : float
         Radii of the grid's ends, not of the middles of its cells.
     weights : (radii, thetas, azimuths) array, optional
@@ -53,7 +53,7 @@ class VolumeGrid:
     -----
     Linear between the middles of cells; round the axis the grid goes on from end to end. Means over a beam are taken in
     a pyramid of grids, each half as fine as the one before: a beam as wide as 2^k cells sees the k-th one, and one in
-    between a part of two.
+    between a mixture of two.
 
     Examples
     --------
@@ -179,25 +179,25 @@ class Volume:
     Parameters
     ----------
     density : float, function or VolumeGrid
-        Optical depth per length (units of the mass) that the matter measures, alike for all frequencies. A function is
-        called with radius, theta and azimuth.
+        Optical depth per length (units of the mass) that the matter measures, the same for all frequencies. A function
+        is called with radius, theta and azimuth.
     temperature : float, function or VolumeGrid
         Kelvin, likewise. A black body of 6504 K has luminance 1, and is white.
     inner, outer : float
         Radii, outside the horizon, beyond which there is nothing.
     scale : float
-        Length over which density and temperature change, in units of the mass: rays are marched by a part of it. A
-        function needs one, a grid has its cells, a number needs none.
+        Length over which density and temperature change, in units of the mass: rays are marched in steps of a part of
+        it. A function needs one, a grid has its cells, a number needs none.
     motion : str or function
         "circular" (as prograde circular geodesics of the equatorial plane do at the distance r sin theta from the
         axis), "fiducial" (with the FIDO), "static" (at rest in Boyer-Lindquist coordinates), or dphi / dt itself, a
         function of radius and theta.
     brightness : float
-        Factor of its light, beside a sky in another unit: some hundred before a `StarField`.
+        Factor of its light, for a sky in another unit: some hundred in front of a `StarField`.
     response : str or MeasuredResponse
         "cie", "film" or measured curves, as for `black_body`.
     colour : three numbers, function or VolumeGrid, optional
-        Factors of the light in linear sRGB, of places (n, 3): paint, as of a `Texture`; left out, white.
+        Factors (n, 3) of the light at places, in linear sRGB: paint, as of a `Texture`; white if omitted.
 
     Raises
     ------
@@ -206,7 +206,7 @@ class Volume:
 
     Notes
     -----
-    Where nothing can move in this way, there is nothing. What has no pressure cannot circle off the equatorial plane
+    Where nothing can move in this way, there is nothing. Matter without pressure cannot circle off the equatorial plane
     at constant theta: "circular" is a choice, not a solution.
 
     Examples

@@ -48,10 +48,10 @@ class Wisps(Texture):
 
     Notes
     -----
-    As gas of a temperature does, it shines with that part of a black body's light that it keeps of the light behind:
-    Disk(inner, outer, wisps, opacity=wisps.opacity, slant=False). With `slant` more light would be kept, and not more
-    of it would shine. The depth is the exponential of a random field, periodic in azimuth, with a spectrum that falls
-    as a power: it looks like turbulence, and is no model of it.
+    Like any gas of one temperature, it emits the same part of a black body's light that it absorbs of the light behind:
+    Disk(inner, outer, wisps, opacity=wisps.opacity, slant=False). With `slant` more light would be absorbed, but no
+    more would be emitted. The depth is the exponential of a random field, periodic in azimuth, with a spectrum that
+    falls as a power: it looks like turbulence, but is no model of it.
 
     Examples
     --------
@@ -91,11 +91,11 @@ class Wisps(Texture):
         return light * shifted_light(samples.redshift, beaming, colour_shift, self.peak, self.response)
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
-        """Half as many as for any picture, whose finest features are stronger."""
+        """Half as many parts as for any picture, whose finest features are stronger."""
         return np.maximum(super().parts(low, high, size) // 2, 2)
 
     def opacity(self, radius: Float[Array, " n"], azimuth: Float[Array, " n"]) -> Float[Array, " n"]:
-        """The part (n,) of the light behind that is kept from one who looks along the axis."""
+        """The part (n,) of the light behind that is blocked when seen along the axis."""
         across = (radius - self.inner) / (self.outer - self.inner)
         values: Any = bilinear(self._opacity, 1 - across, azimuth / (2 * math.pi))
         # Its single precision may take it beyond 1.

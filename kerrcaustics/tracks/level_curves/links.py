@@ -97,7 +97,7 @@ def plain_cost(
 ) -> Float[Array, "*batch"]:
     """The misfit of steps to the rates at their two ends, a part of their length.
 
-    What the errors of the two ends explain, whose sum is blur, does not count.
+    The part that the errors of the two ends explain (their sum is blur) does not count.
     """
     miss = np.maximum(np.linalg.norm(step - (ahead + behind) / 2, axis=-1) - _BLURS * blur, 0)
     sizes = [np.linalg.norm(v, axis=-1) for v in (step, ahead / 2, behind / 2)]
