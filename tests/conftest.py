@@ -11,8 +11,8 @@ from command_line import run
 
 from kerrcaustics import scripts
 
-# All but what a caller meets: modules that refuse what is wrong themselves, in words, and results; and but batches and
-# ray_end, whose functions define others at each of ten thousands of calls, which would be decorated anew.
+# Modules whose types are checked. Left out are those that callers meet, which refuse wrong arguments themselves, and
+# results; and batches and ray_end, which define functions within functions at each of tens of thousands of calls.
 SPACETIME = ("cubic", "elliptic", "kerr", "polar", "radial", "sphere")
 ASTRONOMY = ("plate_carree",)
 BEAMS = (

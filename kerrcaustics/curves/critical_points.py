@@ -71,7 +71,7 @@ class Points(Rows):
         return self.error / np.maximum(np.sin(self.theta), self.error)
 
     def on_curve(self) -> Bool[Array, " points"]:
-        """True where the minor diameter has vanished; also false where the beam is captured."""
+        """True where the minor diameter has vanished; False also where the beam is captured."""
         return np.abs(self.ratio) < _RESIDUAL
 
     def each(self) -> list["Points"]:
@@ -136,7 +136,7 @@ class Search:
     def points(
         self, edge_phase: Float[Array, " points"], depth: Float[Array, " points"], order: Int[Array, " points"]
     ) -> Points:
-        """Everything about beams at (edge phase, depth) that are taken to lie on the curve of the given order."""
+        """All numbers of beams at (edge phase, depth) that are taken to lie on the curve of the given order."""
         line_of_sight, second_arrival = self.domain.line_of_sight(edge_phase, depth)
         beams = self._trace(line_of_sight, second_arrival)
         e_theta, e_phi = polar_basis(beams.direction)

@@ -92,7 +92,7 @@ def multiples_figure(rows: Mapping[str, CausticSet], title: str) -> Figure:
 
 
 def _own_scales(panels: Sequence[Axes], row: list[Caustic]) -> None:
-    """Each caustic about its own middle."""
+    """Show each caustic about its own middle, on a scale of its own."""
     for ax, caustic in zip(panels, row, strict=True):
         width = max(caustic.theta_extent, caustic.phi_extent)
         caustic_axes(ax, caustic, math.radians(0.5) if is_shapeless(caustic) else _OWN_SCALE * width)

@@ -198,7 +198,7 @@ def event_derivatives(ax: Axes, derivatives: EventDerivatives) -> Axes:
 
 
 def _marks(ax: Axes, names: tuple[str, ...], rows: Float[Array, "row name"], errors: Float[Array, " row"]) -> None:
-    """Each row at its number, its columns beside, on a logarithmic scale; what is within its error is left out."""
+    """Mark each row at its number, its columns beside, on a logarithmic scale; what is within its error is left out."""
     visible = np.where(rows > errors[:, None], rows, np.nan)
     for j, name in enumerate(names):
         beside = np.arange(len(rows)) + 0.1 * (j - (len(names) - 1) / 2)

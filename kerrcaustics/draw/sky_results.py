@@ -298,7 +298,7 @@ def _on_sky(ax: Axes, camera: Viewer, sky: Float[Array, "n k"], **settings: Any)
 
 
 def labelled_once(ax: Axes, **legend: Any) -> Axes:
-    """Every label once; legend: settings of the legend."""
+    """Add a legend with every label once; legend: its settings."""
     handles, labels = ax.get_legend_handles_labels()
     once = dict(zip(labels, handles, strict=True))
     if once:

@@ -45,7 +45,7 @@ class FilmedScene(Protocol):
         ...
 
     def record(self) -> dict[str, Any]:
-        """Everything that the frames depend on, as JSON holds it."""
+        """The settings on which the frames depend, as JSON holds them."""
         ...
 
     def with_exposures(self) -> "FilmedScene":

@@ -1,4 +1,4 @@
-"""Any equirectangular picture as the celestial sphere."""
+"""Equirectangular pictures as the celestial sphere."""
 
 import errno
 import math

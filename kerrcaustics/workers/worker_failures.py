@@ -11,7 +11,7 @@ Job = Any
 Compute = Callable[[Job], None]
 """The work of a worker on one job."""
 Finished = Generator[tuple[Job, bool], None, None]
-"""Each job when it is done, with True if it was computed, False if every worker died with it."""
+"""A job when it is done, with True if it was computed, False if every worker died with it."""
 
 # Seconds without a worker until a message, and until the end.
 _SAID, _BORNE = 30.0, 300.0

@@ -298,7 +298,7 @@ def _share(turns: Array, half: Array, start: float, length: float) -> Array:
 
 
 class Texture:
-    """Any picture on the disk: once round from left to right, the inner rim at the bottom and the outer one at the top.
+    """A picture on the disk: once round from left to right, the inner rim at the bottom and the outer one at the top.
 
     Parameters
     ----------
