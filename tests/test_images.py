@@ -251,7 +251,7 @@ def test_a_grid_keeps_to_its_most_nodes_and_says_so(monkeypatch):
     fine = kc.image_counts(kc.Camera(0.9, 5.0, 1.2), stars, 2)
     assert fine.certified.all()
     nodes = sheets_of(kc.Camera(0.9, 5.0, 1.2), 2).sheets[2].direction.size // 3
-    monkeypatch.setattr("kerrcaustics.images.sheets.MOST_NODES", nodes // 4)
+    monkeypatch.setattr("kerrcaustics.images.sheet_grids.MOST_NODES", nodes // 4)
     # The same in a mirror.
     camera, stars[:, 0] = kc.Camera(0.9, 5.0, math.pi - 1.2), math.pi - stars[:, 0]
     wide = kc.image_counts(camera, stars, 2)
@@ -260,7 +260,7 @@ def test_a_grid_keeps_to_its_most_nodes_and_says_so(monkeypatch):
     # The caustics say the same, and what is certified is right.
     assert np.array_equal(wide.expected, fine.expected)
     assert np.array_equal(wide.certified, (wide.counts == fine.counts).all(axis=1))
-    monkeypatch.setattr("kerrcaustics.images.sheets.MOST_NODES", 10)
+    monkeypatch.setattr("kerrcaustics.images.sheet_grids.MOST_NODES", 10)
     with pytest.raises(ValueError, match=r"max_index.*would take .* rays"):
         kc.star_images(camera, (1.0, 1.0), 3)
 

@@ -17,7 +17,8 @@ from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.extended_sources.arcs import BoundaryArcs
 from kerrcaustics.extended_sources.known_curves import at_places, refined
 from kerrcaustics.extended_sources.limb import Limb
-from kerrcaustics.images.sheets import Sheet, Sheets
+from kerrcaustics.images.sheet_grids import Sheet
+from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle, polar_basis
 from kerrcaustics.tracks.level_curves.circle import Circle

@@ -12,7 +12,8 @@ from kerrcaustics.beams.closed_form.polar_motion import polar_swing
 from kerrcaustics.beams.closed_form.radial_motion import radial_motion
 from kerrcaustics.curves.critical_curves import critical_curves
 from kerrcaustics.images.search import ImageSearch
-from kerrcaustics.images.sheets import Sheet, Sheets
+from kerrcaustics.images.sheet_grids import Sheet
+from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map import sky_lines
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.frame import Frame, photon_of, sky_from_line_of_sight

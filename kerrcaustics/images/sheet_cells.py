@@ -1,0 +1,162 @@
+"""Cells of the grids of all sheets, and the search for those that a star may lie in."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy
+from jaxtyping import Bool, Float, Int
+
+from kerrcaustics.images.sheet_grids import Sheet, spaced
+from kerrcaustics.spacetime.sphere import tangent_basis
+
+Array = np.ndarray
+
+# Nodes next to a sheet's edge that are corners of cells, counted from it.
+_NEAR_EDGE = np.array([1, 2, 4, 8])
+# Circles that cover a cell's image: how much larger than its corners ask for, most of them, and how far, in parts of
+# its length, the image may bend.
+_REACH, _MOST_BALLS, _SAG = 1.25, 12, 0.05
+# How far outside a cell, in parts of it, the linear model of the map may put the star, beside the margin.
+_LINEAR = 0.25
+# Circles whose radii differ by less than this factor share a tree.
+_ALIKE = 1.5
+
+
+# Circles of about one radius on the celestial sphere: centres as a tree, the cells that they cover, the radius.
+_Circles = tuple[Any, Int[Array, " _circles"], float]
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """The cells of all grids, flat.
+
+    sheet; edge_phase and part of two opposite corners; corners: images of all four; linear: from a direction, with a 1
+    behind it, to the place in the cell, the middle at 0, by a linear map.
+    """
+
+    sheet: Int[Array, " cells"]
+    edge_phase: Float[Array, "cells 2"]
+    part: Float[Array, "cells 2"]
+    corners: Float[Array, "cells 4 3"]
+    linear: Float[Array, "2 4 cells"]
+
+    @cached_property
+    def circles(self) -> tuple[_Circles, ...]:
+        """Circles that cover the images of the cells."""
+        return tuple(_circles(self.corners))
+
+    def around(self, star: Float[Array, "stars 3"], margin: float) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
+        """Pairs of a star and a cell that it may lie in, by a linear map."""
+        stars, numbers = scipy.spatial.cKDTree(star), []
+        for tree, cells, radius in self.circles:
+            pairs = stars.sparse_distance_matrix(tree, (1 + margin) * radius, output_type="ndarray")
+            which, cell = pairs["i"], cells[pairs["j"]]
+            near = _linearly_inside(self, cell, star, which, margin)
+            numbers.append(which[near] * len(self.sheet) + cell[near])
+        return np.divmod(np.unique(np.concatenate(numbers)), len(self.sheet))
+
+
+def cells_of(sheets: Sequence[Sheet]) -> Cells:
+    """A row of cells between each pair of neighbouring lines, as long as the sheet's step allows."""
+    strips = []
+    for sheet in sheets:
+        lengths = np.linalg.norm(np.diff(sheet.direction, axis=1), axis=-1)
+        for i in range(len(sheet.edge_phase) - 1):
+            last = len(sheet.part) - 1
+            chosen = spaced(lengths[i : i + 2].max(axis=0), sheet.step)
+            # Finer next to the critical curves, where the map is no longer nearly linear.
+            chosen = np.union1d(chosen, np.clip([_NEAR_EDGE, last - _NEAR_EDGE], 0, last))
+            left, right = sheet.direction[i, chosen], sheet.direction[i + 1, chosen]
+            corners = np.stack([left[:-1], right[:-1], left[1:], right[1:]], axis=1)
+            count = len(corners)
+            strips.append(
+                (
+                    np.full(count, sheet.index),
+                    np.tile(sheet.edge_phase[i : i + 2], (count, 1)),
+                    np.stack([sheet.part[chosen][:-1], sheet.part[chosen][1:]], axis=1),
+                    corners,
+                )
+            )
+    return _with_linear_maps(*(np.concatenate(values) for values in zip(*strips, strict=True)))
+
+
+def _with_linear_maps(sheet: Array, edge_phase: Array, part: Array, corners: Array) -> Cells:
+    inverse = _linear_inverse(corners)
+    offset = np.einsum("nij,nj->ni", inverse, _centres(corners))
+    linear = np.moveaxis(np.concatenate([inverse, -offset[..., None]], axis=2), 0, 2)
+    return Cells(sheet, edge_phase, part, corners, np.ascontiguousarray(linear))
+
+
+def _centres(corners: Float[Array, "cells 4 3"]) -> Float[Array, "cells 3"]:
+    middle = corners.sum(axis=1)
+    return middle / np.linalg.norm(middle, axis=1, keepdims=True)
+
+
+def _circles(corners: Float[Array, "cells 4 3"]) -> list[_Circles]:
+    """Circles that cover the cells' images, mostly long and thin, along their longer axes; ordered by size."""
+    centre = _centres(corners)
+    away = corners - centre[:, None]
+    axis = np.linalg.eigh(np.einsum("nci,ncj->nij", away, away))[1][..., -1]
+    along = np.einsum("nci,ni->nc", away, axis)
+    across = np.linalg.norm(away - along[..., None] * axis[:, None], axis=2).max(axis=1)
+    low, length = along.min(axis=1), np.ptp(along, axis=1)
+    width = 2 * across + _SAG * length
+    count = np.clip(np.ceil(length / np.maximum(width, 1e-12)), 1, _MOST_BALLS).astype(int)
+    owner = np.repeat(np.arange(len(corners)), count)
+    number = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
+    place = low[owner] + (number + 0.5) / count[owner] * length[owner]
+    radius = _REACH * np.hypot(length / count, width)[owner] / 2
+    middle = centre[owner] + place[:, None] * axis[owner]
+    size = np.floor(np.log(np.maximum(radius, 1e-12)) / np.log(_ALIKE))
+    alike = [np.flatnonzero(size == one) for one in np.unique(size)]
+    return [(scipy.spatial.cKDTree(middle[group]), owner[group], radius[group].max()) for group in alike]
+
+
+def _linear_inverse(corners: Float[Array, "cells 4 3"]) -> Float[Array, "cells 2 3"]:
+    """Pseudo-inverses of the mean steps along edge phase and part."""
+    along = (corners[:, 1] + corners[:, 3] - corners[:, 0] - corners[:, 2]) / 2
+    across = (corners[:, 2] + corners[:, 3] - corners[:, 0] - corners[:, 1]) / 2
+    normal = np.cross(along, across)
+    square = np.einsum("ij,ij->i", normal, normal)[:, None]
+    square = np.where(square == 0, 1, square)
+    return np.stack([np.cross(across, normal), np.cross(normal, along)], axis=1) / square[..., None]
+
+
+def _linearly_inside(
+    cells: Cells, cell: Int[Array, " pairs"], star: Float[Array, "stars 3"], which: Int[Array, " pairs"], margin: float
+) -> Bool[Array, " pairs"]:
+    """True where a star, not far from a cell, may lie in it, by a linear map: along edge phase, and along part."""
+    components, most = np.ascontiguousarray(star.T), 0.5 + _LINEAR + margin
+    near = np.abs(_combined(cells.linear[0], cell, components, which)) <= most
+    near[near] = np.abs(_combined(cells.linear[1], cell[near], components, which[near])) <= most
+    return near
+
+
+def _combined(
+    linear: Float[Array, "4 cells"], cell: Int[Array, " pairs"], star: Float[Array, "3 stars"], which: Array
+) -> Float[Array, " pairs"]:
+    """Values of linear functions. By components: pairs are many, and rows of them would not fit in the cache."""
+    (a, b, c, shift), (x, y, z) = linear, star
+    return a[cell] * x[which] + b[cell] * y[which] + c[cell] * z[which] + shift[cell]
+
+
+def bilinear_root(
+    corners: Float[Array, "pairs 4 3"], star: Float[Array, "pairs 3"]
+) -> tuple[Float[Array, " pairs"], Float[Array, " pairs"]]:
+    """Place (u, v) of stars in cells with these images of corners, if the map were bilinear in the tangent plane."""
+    axes = np.stack(tangent_basis(star), axis=-1)
+    flat = (corners @ axes) / np.maximum(np.einsum("nci,ni->nc", corners, star), 0.2)[..., None]
+    p, pu, pv = flat[:, 0], flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
+    puv = flat[:, 3] - flat[:, 1] - pv
+    u, v = np.full((2, len(star)), 0.5)
+    for _ in range(4):
+        value = p + pu * u[:, None] + pv * v[:, None] + puv * (u * v)[:, None]
+        du, dv = pu + puv * v[:, None], pv + puv * u[:, None]
+        area = du[:, 0] * dv[:, 1] - du[:, 1] * dv[:, 0]
+        area = np.where(area == 0, 1.0, area)
+        u = np.clip(u - (value[:, 0] * dv[:, 1] - value[:, 1] * dv[:, 0]) / area, -1, 2)
+        v = np.clip(v - (du[:, 0] * value[:, 1] - du[:, 1] * value[:, 0]) / area, -1, 2)
+    return u, v

@@ -1,0 +1,120 @@
+"""Grids on the sheets of the camera sky, in edge phase and part, fine enough to follow the images of the sheets."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy
+from jaxtyping import Float, Int
+
+from kerrcaustics.curves.critical_points import Points
+from kerrcaustics.spacetime.sphere import tangent_basis
+
+Array = np.ndarray
+Depth = Callable[[Array], Array]
+Mapped = Callable[[Array, Array], Array]
+
+# Longest step of the grid's image on the celestial sphere, and of the grid on the sky, where it need not be longer.
+_STEP = math.radians(10.0)
+# Most nodes of one grid, kept to by longer steps; and the longest with which the grid still counts images.
+MOST_NODES, _COARSE = 1_000_000, math.radians(40.0)
+# Lines on which the length of a sheet's image is measured, and points on each.
+_PROBES, _PROBE_POINTS = 24, 129
+# Steps toward a star on the smooth map through the nodes of a grid.
+_POLISHES = 2
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """The part of the camera sky with one Morse index, as a grid.
+
+    edge_phase: the last one a whole turn after the first; part: 0 to 1; direction: the grid's image on the celestial
+    sphere, empty as long as it is not traced. outer, inner: depth of the critical curves on a line, as functions of
+    edge phase. step: approximate length of the image's longest step, radians.
+    """
+
+    index: int
+    step: float
+    outer: Depth
+    inner: Depth
+    edge_phase: Float[Array, " lines"]
+    part: Float[Array, " parts"]
+    direction: Float[Array, "lines parts 3"] | Float[Array, " 0"]
+
+    @property
+    def is_coarse(self) -> bool:
+        """True where a grid of acceptable size has longer steps than the search is made for."""
+        return self.step > _STEP
+
+    def depth(self, edge_phase: Float[Array, "*batch"], part: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
+        """Depth on the lines of sky_lines.py."""
+        low = self.outer(edge_phase)
+        return low + part * (self.inner(edge_phase) - low)
+
+    @cached_property
+    def smooth(self) -> Callable[..., Array]:
+        """The map between the nodes of the grid: image as a function of (edge phase, part)."""
+        degrees = [min(3, len(nodes) - 1) for nodes in (self.edge_phase, self.part)]
+        across = scipy.interpolate.make_interp_spline(self.part, self.direction, degrees[1], axis=1)
+        both = scipy.interpolate.make_interp_spline(self.edge_phase, np.moveaxis(across.c, 0, 1), degrees[0])
+        return scipy.interpolate.NdBSpline((both.t, across.t), both.c, degrees)
+
+    def polished(
+        self, star: Float[Array, "stars 3"], place: Float[Array, "stars 2"], longest: Float[Array, "stars 2"]
+    ) -> Float[Array, "stars 2"]:
+        """Places (edge phase, part) nearer to where the smooth map shows stars; longest: steps that may be taken."""
+        # Vectors of the tangent plane at each star as complex numbers.
+        east, north = tangent_basis(star)
+        plane, low, high = east + 1j * north, (self.edge_phase[0], 0.0), (self.edge_phase[-1], 1.0)
+        away = np.full(len(star), np.inf)
+        for _ in range(_POLISHES):
+            off, along, across = (
+                np.einsum("ni,ni->n", plane, self.smooth(place, nu=nu)) for nu in ((0, 0), (1, 0), (0, 1))
+            )
+            before, away = away, np.abs(off)
+            area = (along.conj() * across).imag
+            step = np.stack([(off.conj() * across).imag, (along.conj() * off).imag], axis=1)
+            step = np.clip(step / np.where(area == 0, 1.0, area)[:, None], -longest, longest)
+            place = np.clip(place - np.where((away < before)[:, None], step, 0), low, high)
+        return place
+
+
+def traced_sheet(mapped: Mapped, index: int, depths: tuple[Depth, Depth], edge: Points) -> Sheet:
+    """A sheet with a grid that is fine enough; edge: its inner one."""
+    edge_phase = _thinned(edge, _STEP)
+    blank = Sheet(index, _STEP, *depths, edge_phase, np.linspace(0, 1, _PROBE_POINTS), np.empty(0))
+    probes = _grid(mapped, blank, edge_phase[:: max(1, len(edge_phase) // _PROBES)], blank.part)
+    length = float(np.linalg.norm(np.diff(probes, axis=1), axis=-1).sum(axis=1).max())
+    step = _STEP * max(1.0, math.sqrt(len(edge_phase) * length / _STEP / MOST_NODES))
+    if step > _COARSE:
+        raise ValueError(
+            f"Argument `max_index` must be less than {index} for this camera: a grid that follows the images of index "
+            f"{index} would take {len(edge_phase) * length / _STEP:.1g} rays."
+        )
+    edge_phase = _thinned(edge, step)
+    part = np.linspace(0, 1, math.ceil(length / step) + 2)
+    edge_phase = np.append(edge_phase, edge_phase[0] + 2 * np.pi)
+    return Sheet(index, step, *depths, edge_phase, part, _grid(mapped, blank, edge_phase, part))
+
+
+def _grid(mapped: Mapped, sheet: Sheet, edge_phase: Array, part: Array) -> Float[Array, "lines parts 3"]:
+    edge_phase, part = np.meshgrid(edge_phase, part, indexing="ij")
+    return mapped(edge_phase, sheet.depth(edge_phase, part))
+
+
+def _thinned(points: Points, step: float) -> Float[Array, " lines"]:
+    """Edge phases of points of a curve, no further apart than a step in it and on either sphere, if samples allow.
+
+    Far from the hole the whole curve is small on the sky.
+    """
+    lengths = [np.linalg.norm(np.diff(p, axis=0), axis=1) for p in (points.direction, points.line_of_sight)]
+    return points.edge_phase[spaced(np.maximum.reduce([*lengths, np.diff(points.edge_phase)]), step)]
+
+
+def spaced(steps: Float[Array, " steps"], longest: float) -> Int[Array, " nodes"]:
+    """Indices of the first node, the last, and between them as few as keep sums of steps below the longest."""
+    run = np.concatenate([[0], np.cumsum(steps)])
+    chosen = np.unique(np.floor(run / longest), return_index=True)[1]
+    return np.union1d(chosen, [len(run) - 1])
