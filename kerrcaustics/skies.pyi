@@ -7,9 +7,9 @@ from .scenes.catalogue import (
     tilted_galaxy as tilted_galaxy,
     tycho2 as tycho2,
 )
+from .scenes.celestial_picture import celestial_picture as celestial_picture
 from .scenes.checkerboard import Checkerboard as Checkerboard
 from .scenes.footprint import Footprint as Footprint
 from .scenes.panorama import Panorama as Panorama, save_sky as save_sky
-from .scenes.render import celestial_picture as celestial_picture
 from .scenes.star_field import StarField as StarField
 from .scenes.turned_sky import TurnedSky as TurnedSky

@@ -14,9 +14,10 @@ from PIL import Image
 
 from kerrcaustics.explorer.page_data import Message, curves_of
 from kerrcaustics.explorer.state import ExplorerState
+from kerrcaustics.scenes.celestial_picture import celestial_picture
 from kerrcaustics.scenes.checkerboard import Checkerboard
 from kerrcaustics.scenes.raster import Raster
-from kerrcaustics.scenes.render import celestial_picture, trace_view
+from kerrcaustics.scenes.render import trace_view
 from kerrcaustics.scenes.sky_light import Sky
 from kerrcaustics.scenes.star_field import StarField
 from kerrcaustics.scenes.tones import tone_mapped

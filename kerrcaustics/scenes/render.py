@@ -17,19 +17,15 @@ from kerrcaustics.scenes.disk.crossings import DiskCells, DiskCrossings, Lattice
 from kerrcaustics.scenes.disk.disk import Disk, disk_about
 from kerrcaustics.scenes.disk.lighting import Looks, lit
 from kerrcaustics.scenes.disk.veil import Glowing, check_volume, veil_over
-from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.motion import Exposure, ShutterMotion, ShutterWeight
 from kerrcaustics.scenes.motion_blur import Matter, blurred_matter, blurred_sky
-from kerrcaustics.scenes.points import PointLights, drawn
 from kerrcaustics.scenes.raster import Raster, check_picture
 from kerrcaustics.scenes.scene_checks import check_number
 from kerrcaustics.scenes.seen_sky import seen_sky, sky_end
 from kerrcaustics.scenes.sky_cells import SkyCells
 from kerrcaustics.scenes.sky_light import Parts, Shifts, Sky, check_sky, sky_light
 from kerrcaustics.scenes.star_search import StarSearch
-from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.checks import instance_of, one_of, whole_number
-from kerrcaustics.spacetime.sphere import from_angles, polar_angle
+from kerrcaustics.spacetime.checks import instance_of, one_of
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -398,49 +394,3 @@ def _crossings(camera: Viewer, view: Raster, disk: Disk, delay: bool, quality: s
 
 def _moment(time: float) -> float:
     return check_number("time", time, "be a finite number")
-
-
-@usual_warnings
-def celestial_picture(sky: Sky, height: int, *, mirror: bool = False) -> Float[Array, "height 2*height 3"]:
-    """Light (height, 2 height, 3) of a sky itself, with no hole, as a photograph of it: a `Panorama` of it is this sky.
-
-    The north pole is above, and phi' grows to the left, from 0 at the right edge to 2 pi at the left one.
-
-    Parameters
-    ----------
-    sky : Checkerboard, Panorama, StarField or anything else with their method `light`
-    height : int
-        Rows of the picture, 2 to 8192.
-    mirror : bool
-        True for a chart, on which phi' grows to the right; also the `mirror` of its `Panorama`.
-
-    Raises
-    ------
-    ValueError
-        If an argument is invalid.
-
-    Examples
-    --------
-    >>> import kerrcaustics as kc
-    >>> kc.skies.celestial_picture(kc.skies.Checkerboard(), 90).shape
-    (90, 180, 3)
-    """
-    check_sky(sky, needed=True)
-    height = whole_number("height", height, 2, 8192)
-    pixel = math.pi / height
-    theta = (np.arange(height) + 0.5)[:, None] * pixel
-    phi = (np.arange(2 * height) + 0.5) * pixel
-    direction = from_angles(theta, phi).reshape(-1, 3)
-    matrix = np.zeros((len(direction), 2, 2))
-    matrix[:, 0, 0] = pixel
-    matrix[:, 1, 1] = pixel * np.repeat(np.sin(theta[:, 0]), 2 * height)
-    footprint = Footprint(direction, matrix, np.zeros(len(direction)), np.ones(len(direction)))
-    light = sky.light(footprint, False, False).reshape(height, 2 * height, 3)
-    points: PointLights | None = getattr(sky, "points", None)
-    if points is not None:
-        x, y, _ = points.direction.T
-        turn, down = np.arctan2(y, x) % (2 * math.pi), polar_angle(points.direction)
-        # Rows of a picture that looks outward: its columns may run to either side.
-        whole = View(2 * height, height, 2 * math.pi, "equirectangular")
-        drawn(light, whole, np.stack([turn, down], axis=-1) / pixel - 0.5, points.flux)
-    return light if mirror else light[:, ::-1]
