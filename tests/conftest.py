@@ -93,7 +93,7 @@ def give_back():
     gc.collect()
     compile_cache.give_back_memory()
     if resident() > MUCH:
-        compile_cache._loaded.clear()
+        compile_cache.loaded_programs.clear()
         gc.collect()
         compile_cache.give_back_memory()
 

@@ -11,7 +11,7 @@ from kerrcaustics.workers import worker_failures
 
 sys.modules["kerrcaustics.scene_files.reading"] = SimpleNamespace(read_scene=read_bar)
 sys.modules.setdefault("kerrcaustics.scene_files", SimpleNamespace())
-worker_failures._WITH_A_JOB = int(os.environ.get("DEATHS", worker_failures._WITH_A_JOB))
+worker_failures.MOST_DEATHS_WITH_A_JOB = int(os.environ.get("DEATHS", worker_failures.MOST_DEATHS_WITH_A_JOB))
 
 if __name__ == "__main__":
     main()

@@ -9,7 +9,7 @@ from kerrcaustics.sweeps import run as engine
 from kerrcaustics.workers import worker_failures
 
 engine.computed = slowly_made_up
-worker_failures._WITH_A_JOB = int(os.environ.get("DEATHS", worker_failures._WITH_A_JOB))
+worker_failures.MOST_DEATHS_WITH_A_JOB = int(os.environ.get("DEATHS", worker_failures.MOST_DEATHS_WITH_A_JOB))
 
 if __name__ == "__main__":
     main()

@@ -72,7 +72,7 @@ def test_beams_agree_with_those_of_small_batches(accelerated, monkeypatch):
     assert_alike(trace_beams(camera, sky), small[0])
     assert [size for name, size in sizes(calls) if name == "_closed_form"] == [4096]
     calls.clear()
-    monkeypatch.setattr(batches, "_INTEGRATED", 1024)
+    monkeypatch.setattr(batches, "INTEGRATED", 1024)
     assert_alike(trace_beams(camera, sky[:700], "integrated"), small[1])
     assert {size for _, size in sizes(calls)} == {1024} and sizes(calls)[:2] == [
         ("_survey", 1024),
@@ -95,10 +95,10 @@ def test_what_its_memory_does_not_hold_follows_in_one_stream(accelerated):
 def test_sizes_are_few_and_fit(accelerated):
     accelerated(most=1 << 20)
     for count, size in ((1 << 16, 1 << 18), (1 << 18, 1 << 18), ((1 << 18) + 1, 1 << 20), (5_000_000, 1 << 20)):
-        assert batches._closed_form_size(count, beams=True) == (size, size)
-        assert batches._integrator_size(count) == (1 << 16,) * 2
+        assert batches.closed_form_size(count, beams=True) == (size, size)
+        assert batches.integrator_size(count) == (1 << 16,) * 2
     accelerated(most=1 << 16)
-    assert batches._closed_form_size(1 << 20, beams=True) == (1 << 16,) * 2
+    assert batches.closed_form_size(1 << 20, beams=True) == (1 << 16,) * 2
 
 
 def test_few_rays_stay_on_a_cpu(monkeypatch):
@@ -107,7 +107,7 @@ def test_few_rays_stay_on_a_cpu(monkeypatch):
     monkeypatch.setattr(jax, "devices", lambda platform=None: [cpu if platform == "cpu" else gpu])
     monkeypatch.setattr(batches, "small_job_device", compile_cache.small_job_device.__wrapped__)
     assert batches.device_of(1 << 16) is gpu and batches.device_of((1 << 16) - 1) is cpu
-    assert not batches.on_accelerator(1000) and batches._closed_form_size(1000, beams=True) == (2048, 512)
+    assert not batches.on_accelerator(1000) and batches.closed_form_size(1000, beams=True) == (2048, 512)
 
     def without(platform=None):
         if platform:
@@ -150,7 +150,7 @@ def test_programs_are_those_of_one_device(other, tmp_path, monkeypatch):
         for name in (("cpu", "cpu", "cpu"), other):
             assert Program(operator.add)(1.0, 2.0, on=Other(*name)) == 3.0
     assert len(list((tmp_path / "kerrcaustics" / "programs").iterdir())) == 2
-    assert (asked[1] is None) == (other[0] == "gpu") and asked[0] == compile_cache._OPTIONS["cpu"]
+    assert (asked[1] is None) == (other[0] == "gpu") and asked[0] == compile_cache.OPTIONS["cpu"]
 
 
 @pytest.mark.slow

@@ -61,7 +61,7 @@ def test_a_second_process_reads_it(folder):
 
 def test_other_options_are_another_program(folder, monkeypatch):
     ask(Program(doubled))
-    monkeypatch.setattr("kerrcaustics.beams.compile_cache._OPTIONS", {"cpu": {"xla_backend_optimization_level": 1}})
+    monkeypatch.setattr("kerrcaustics.beams.compile_cache.OPTIONS", {"cpu": {"xla_backend_optimization_level": 1}})
     ask(Program(doubled))
     assert len(TRACED) == 2
 
@@ -109,7 +109,7 @@ def test_where_nothing_can_be_kept(folder):
 
 
 def test_old_ones_make_room(folder, monkeypatch):
-    monkeypatch.setattr("kerrcaustics.beams.compile_cache._MOST_KEPT", 2)
+    monkeypatch.setattr("kerrcaustics.beams.compile_cache.MOST_KEPT", 2)
     ask(Program(doubled))
     (oldest,) = folder.iterdir()
     os.utime(oldest, (0, 0))
@@ -154,7 +154,7 @@ def test_a_process_that_stands_still_is_not_waited_for(folder, monkeypatch):
     ask(Program(doubled))
     (path,) = folder.iterdir()
     path.unlink()
-    monkeypatch.setattr("kerrcaustics.beams.compile_cache._PATIENCE", 0.2)
+    monkeypatch.setattr("kerrcaustics.beams.compile_cache.PATIENCE", 0.2)
     with (folder / f".{path.name}.{'0' * 16}.part").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         ask(Program(doubled))
@@ -171,8 +171,8 @@ def test_a_failure_is_no_answer():
 
 def test_few_are_held_in_memory(folder, monkeypatch):
     loaded: dict = {}
-    monkeypatch.setattr("kerrcaustics.beams.compile_cache._MOST_LOADED", 2)
-    monkeypatch.setattr("kerrcaustics.beams.compile_cache._loaded", loaded)
+    monkeypatch.setattr("kerrcaustics.beams.compile_cache.MOST_LOADED", 2)
+    monkeypatch.setattr("kerrcaustics.beams.compile_cache.loaded_programs", loaded)
     program = Program(doubled)
     for count in (2, 3, 2, 4, 3, 2):
         ask(program, count)
@@ -295,7 +295,7 @@ def test_what_is_no_file_is_not_waited_for(folder, make):
 
 
 def test_foreign_files_are_not_removed(folder, monkeypatch):
-    monkeypatch.setattr("kerrcaustics.beams.compile_cache._MOST_KEPT", 1)
+    monkeypatch.setattr("kerrcaustics.beams.compile_cache.MOST_KEPT", 1)
     ask(Program(doubled))
     (first,) = folder.iterdir()
     foreign = [folder / name for name in ("letter.txt", first.name[:-1], f"{first.name}.bak")]
@@ -342,5 +342,5 @@ def test_no_cache_in_the_current_folder(monkeypatch):
 
 def test_rooms_of_compiled_functions_change_knowingly():
     package = Path(compile_cache.__file__).parents[1]
-    files = [path for room in compile_cache._SOURCES for path in sorted((package / room).rglob("*.py"))]
+    files = [path for room in compile_cache.SOURCES for path in sorted((package / room).rglob("*.py"))]
     assert hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:16] == DIGEST

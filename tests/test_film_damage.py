@@ -148,7 +148,7 @@ def test_frames_may_lie_behind_a_link(path, linked, whole):
 
 def test_a_linked_folder_is_status_0(path, linked, capsys, monkeypatch):
     (path.parent / "bar.toml").write_text("")
-    monkeypatch.setattr("kerrcaustics.cli.film._scene_film", lambda *_: scene_film(GOOD))
+    monkeypatch.setattr("kerrcaustics.cli.film.film_of_scene_file", lambda *_: scene_film(GOOD))
     status, out, err = run(capsys, "film", path.parent / "bar.toml", "--output", path)
     assert (status, err) == (0, "") and "frames are kept" not in out
 

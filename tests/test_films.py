@@ -143,7 +143,7 @@ def timed_film(tmp_path, monkeypatch, seconds, frames, workers=1, late=2):
             clock.now, process, number = heapq.heappop(crew)
             if number is not None:
                 if rounds[process] == 1:
-                    frame_store._WARM.clear()
+                    frame_store.WARM.clear()
                 compute(number)
                 order.append(number)
                 yield number, True

@@ -293,7 +293,7 @@ def test_a_cluster_that_goes_away_ends_the_sweep_which_goes_on_later(tmp_path, s
 
 
 def test_no_scheduler_is_one_line(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(cluster, "_FIRST_ANSWER", 1)
+    monkeypatch.setattr(cluster, "FIRST_ANSWER", 1)
     path = written(tmp_path, PLAIN)
     arguments = ("--output", tmp_path / "s.zarr", "--scheduler", "tcp://127.0.0.1:9")
     status, out, err = run(capsys, "sweep", path, *arguments)

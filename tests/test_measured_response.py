@@ -87,6 +87,6 @@ def test_a_scene_file_names_curves(tmp_path):
     np.savetxt(tmp_path / "film.csv", np.column_stack([WAVELENGTHS, FILM]), delimiter=",")
     scene = kc.SceneFile.read(tmp_path / "scene.toml")
     assert dict(scene.files).keys() == {"film.csv"}
-    emission = scene._disk.emission
+    emission = scene.matter.disk.emission
     found = kc.pictures.black_body(4500.0, response=emission.response)
     assert found == pytest.approx(kc.pictures.black_body(4500.0, response="film"), rel=1e-3)

@@ -35,5 +35,5 @@ def test_three_hundred_cameras_need_no_more_than_one_hundred():
     last, still_held, still_without = seen_by(cameras[100:])
     assert last - first < 0.06, f"{first:.3f} GB, then {last:.3f} GB"
     assert still_without == without_limit
-    found = "kerrcaustics.curves.critical_curves._found"
+    found = "kerrcaustics.curves.critical_curves.found_curves"
     assert held[found].currsize == still_held[found].currsize == held[found].maxsize

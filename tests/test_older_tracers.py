@@ -153,7 +153,7 @@ def test_the_camera_comes_down_on_the_older_way(tmp_path):
         assert camera.radius == pytest.approx(r, rel=1e-12)
         assert math.degrees(camera.inclination) == pytest.approx(84 + 8 * math.sin(phi) * (1 - calm) + 3 * calm)
         assert scene.azimuth(time) == pytest.approx(phi)
-        values = scene._values(time)
+        values = scene.views.values(time)
         assert values["view.tilt_deg"] == pytest.approx(8 * math.cos(phi) * (1 - calm))
         assert values["view.yaw_deg"] == pytest.approx(calm)
 

@@ -113,7 +113,7 @@ def test_true_is_a_bar_at_once_and_notebooks_have_one_after_a_second(monkeypatch
     outer(1)
     assert asked == []
     outer(1, progress=True)
-    monkeypatch.setattr(progress, "_in_notebook", lambda: True)
+    monkeypatch.setattr(progress, "in_notebook", lambda: True)
     outer(1)
     outer(1, progress=False)
     assert asked == [0.0, 1.0]

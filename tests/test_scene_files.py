@@ -27,6 +27,7 @@ from kerrcaustics.scene_files.expressions import Moment, formula
 from kerrcaustics.scene_files.templates import first_lines, template_text
 from kerrcaustics.scenes.disk.turned import turned_disk
 from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.sweeps.scene import Scene
 
 PLAIN = """
@@ -126,31 +127,33 @@ def test_a_scene_can_be_sent_to_other_processes(scene, tmp_path):
     assert there.record() == here.record() and there.camera(0) == here.camera(0)
 
 
-def lit_at(sky, direction):
-    """Light (n, 3) of what is spread over a sky, in directions (n, 3)."""
-    count = len(direction)
-    around = kc.skies.Footprint(direction, 1e-3 * np.tile(np.eye(2), (count, 1, 1)), np.zeros(count), np.ones(count))
-    return sky.light(around, False, False)
+def lit_at(sky, direction, redshift=1.0):
+    """Light (n, 3) of what is spread over a sky, in directions (n, 3), shifted and beamed where they are."""
+    count, shifted = len(direction), redshift != 1
+    matrix = 1e-3 * np.tile(np.eye(2), (count, 1, 1))
+    around = kc.skies.Footprint(direction, matrix, np.zeros(count), np.full(count, redshift))
+    return sky.light(around, shifted, shifted)
 
 
 def test_a_picture_beside_the_stars(scene, tmp_path):
     values = np.zeros((32, 64, 3), np.uint8)
-    values[15:17, 31:33, 0] = values[:3, :, 2] = 255
+    values[15:17, 31:33, 0] = values[:3, :, 2] = values[8:10, 31:33] = 255
     Image.fromarray(values).save(tmp_path / "sky.png")
     stars = '[sky]\nkind = "stars"\nband = 0\nnebulae = {file = "sky.png"}\n'
-    plain = scene(PLAIN + stars)._sky
+    plain = scene(PLAIN + stars).matter.sky
     assert len(plain.points.direction) == 37622
     middle_and_pole = np.array([[-1.0, 0, 0], [0, 0, 1.0]])
     assert lit_at(plain, middle_and_pole) == pytest.approx(np.array([[100.0, 0, 0], [0, 0, 100.0]]), abs=5)
-    bright = scene(PLAIN + stars, "sky.nebulae.brightness=70", "sky.nebulae.orientation_deg=[0, 90, 0]")._sky
+    bright = scene(PLAIN + stars, "sky.nebulae.brightness=70", "sky.nebulae.orientation_deg=[0, 90, 0]").matter.sky
     assert lit_at(bright, np.array([[-1.0, 0, 0], [0, 0, -1]])) == pytest.approx(
         np.array([[0, 0, 70.0], [70.0, 0, 0]]), abs=4
     )
-    galaxy = scene(PLAIN + stars, "sky.nebulae.frame=galaxy", "sky.galaxy_tilt_deg=40")._sky
+    galaxy = scene(PLAIN + stars, "sky.nebulae.frame=galaxy", "sky.galaxy_tilt_deg=40").matter.sky
     assert lit_at(galaxy, -galaxy.galaxy[:, :1].T) == pytest.approx(np.array([[100.0, 0, 0]]), abs=5)
     for spectrum, factor in (("-1", [16.0] * 3), ("[0, 1, 2]", [8.0, 4, 2]), ("[[300, 1], [2000, 1]]", [32.0] * 3)):
-        sky = scene(PLAIN + stars, f"sky.nebulae.spectrum={spectrum}")._sky.nebulae
-        assert sky._shift(np.array([2.0]), True, True) == pytest.approx(np.array([factor]), rel=1e-4)
+        sky = scene(PLAIN + stars, f"sky.nebulae.spectrum={spectrum}").matter.sky.nebulae
+        white = from_angles(math.radians(9 * 180 / 32), math.pi)[None]
+        assert lit_at(sky, white, 2.0) / lit_at(sky, white) == pytest.approx(np.array([factor]), rel=1e-4)
     assert galaxy.galaxy[2, 2] == pytest.approx(math.cos(math.radians(40)))
 
 
@@ -712,7 +715,7 @@ def test_the_map_is_made_once_for_a_circular_orbit(scene, monkeypatch):
         return SimpleNamespace(show=lambda sky, **looks: shown.append(looks["time"]))
 
     monkeypatch.setattr(renderer, "trace_view", trace_view)
-    monkeypatch.setattr(renderer, "_LAST", [])
+    monkeypatch.setattr(renderer, "LAST", [])
     film = "[film]\nframes = 3\nend = 90\n"
     orbit = scene(PLAIN + DISK + film)
     for number in range(3):
@@ -775,9 +778,9 @@ def test_a_volume_is_made_of_expressions(scene, painted):
     assert np.allclose(volume.density(*place), expected, rtol=1e-12)
     assert np.allclose(volume.motion(*place[:2]), 1 / (0.6 + place[0] ** 1.5), rtol=1e-15)
     assert (volume.temperature, volume.scale, volume.brightness) == (6000, 1.5, 1) and not volume.symmetric
-    assert scene(PLAIN + VOLUME, "sky.kind='stars'")._volume(0.0).brightness == 600
+    assert scene(PLAIN + VOLUME, "sky.kind='stars'").matter.volume(0.0).brightness == 600
     law = "min(r, 7, 9) + max(theta, phi) * sqrt(abs(-r)) - log(r) + atan(r) / tan(1) + radians(degrees(r)) * sin(pi)"
-    found = scene(PLAIN + VOLUME, f"volume.density='{law}'")._volume(0.0).density(*place)
+    found = scene(PLAIN + VOLUME, f"volume.density='{law}'").matter.volume(0.0).density(*place)
     r, theta, phi = place
     assert np.allclose(
         found,
@@ -789,29 +792,29 @@ def test_a_volume_is_one_where_nothing_changes_with_time(scene, painted):
     still = scene(PLAIN + VOLUME, "volume.density='0.1 * height'")
     moving = scene(PLAIN + VOLUME, "volume.density='0.1 * height * (1 + t)'")
     for read, one in ((still, True), (moving, False)):
-        assert (read._volume(0.0) is read._volume(1.0)) == one
+        assert (read.matter.volume(0.0) is read.matter.volume(1.0)) == one
         read.rendering(0)
-    assert painted[0]["volume"] is still._volume(0.0)
-    assert moving._volume(1.0).density(np.array([7.0]), np.array([1.0]), 0.0) == pytest.approx(0.06)
+    assert painted[0]["volume"] is still.matter.volume(0.0)
+    assert moving.matter.volume(1.0).density(np.array([7.0]), np.array([1.0]), 0.0) == pytest.approx(0.06)
 
 
 def test_a_volume_is_made_of_files(scene, tmp_path):
     values = np.random.default_rng(2).uniform(0, 1, (3, 4, 5))
     np.save(tmp_path / "density.npy", values)
     read = scene(PLAIN + VOLUME, "volume.density={file = 'density.npy'}", "volume.scale=2")
-    assert read._volume(0.0).density.shape == (3, 4, 5)
+    assert read.matter.volume(0.0).density.shape == (3, 4, 5)
     assert "density.npy" in read.record()["files"]
     np.save(tmp_path / "colours.npy", np.ones((3, 4, 5, 3)))
     np.save(tmp_path / "heat.npy", 5000 * np.ones((3, 4, 5)))
     files = [f"volume.{law}={{file = '{name}.npy'}}" for law, name in (("colour", "colours"), ("temperature", "heat"))]
-    full = scene(PLAIN + VOLUME, "volume.density={file = 'density.npy'}", *files)._volume(0.0)
+    full = scene(PLAIN + VOLUME, "volume.density={file = 'density.npy'}", *files).matter.volume(0.0)
     assert full.colour.coloured and full.colour.weighted and full.temperature.weighted and not full.density.weighted
-    painted = scene(PLAIN + VOLUME, "volume.colour='#ff8000'")._volume(0.0)
+    painted = scene(PLAIN + VOLUME, "volume.colour='#ff8000'").matter.volume(0.0)
     assert painted.colour == pytest.approx((1, 0.2158605, 0), abs=1e-6)
     before = read.record()
     np.save(tmp_path / "density.npy", values + 1)
     after = scene(PLAIN + VOLUME, "volume.density={file = 'density.npy'}", "volume.scale=2")
-    assert after.record() != before and after._volume(0.0) is not read._volume(0.0)
+    assert after.record() != before and after.matter.volume(0.0) is not read.matter.volume(0.0)
 
 
 @pytest.mark.parametrize(
@@ -1040,7 +1043,7 @@ def test_a_disk_may_begin_at_the_isco(scene, motion, prograde):
         PLAIN + f'[disk]\ninner = "isco"\nouter = 12\nmotion = "{motion}"\nemission = {{kind = "wisps", peak = 4500}}\n'
     )
     read = scene(text)
-    disk = read._disk
+    disk = read.matter.disk
     assert disk.inner == disk.emission.inner == kc.isco(read.contents.hole.spin, prograde)
     with pytest.raises(ValueError, match=r"disk\.inner must be"):
         scene(text, "disk.inner='isc'")

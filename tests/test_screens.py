@@ -413,7 +413,7 @@ def test_a_film_of_an_observer_who_stays_has_one_map(scene_of, monkeypatch):
         return trace_view(*arguments, **options)
 
     monkeypatch.setattr(renderer, "trace_view", counted)
-    monkeypatch.setattr(renderer, "_LAST", [])
+    monkeypatch.setattr(renderer, "LAST", [])
     disk = "disk = {inner = 4, outer = 12, emission = {kind = 'spots', number = 9, size = 1.0}}\n"
     still = scene_of(FILM.replace("width = 64, height = 36", "width = 16, height = 9") + disk, "sky.kind=none")
     frames = [still.rendering(number).light for number in range(still.frames)]

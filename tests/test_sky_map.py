@@ -31,7 +31,7 @@ VIEWS = [
 
 def missed(camera, traced, seed):
     """The error of the map, in pixels, in 10,000 pixels, or all that there are."""
-    view, cells = traced.view, SkyCells(*traced._sky)
+    view, cells = traced.view, traced.sky_cells
     found = list(places(cells, np.arange(len(cells.x)), 1))
     place = np.concatenate([part.place for part in found], axis=1).T
     direction, cell = (np.concatenate([getattr(part, n).T for part in found]) for n in ("direction", "cell"))
@@ -122,13 +122,13 @@ def test_every_pixel_is_seen_once():
     camera, view = VIEWS[0]
     traced = kc.pictures.trace_view(camera, view)
     total = np.zeros(view.width * view.height)
-    cells = SkyCells(*traced._sky)
+    cells = traced.sky_cells
     for n in (1, 2, 4):
         for part in places(cells, np.flatnonzero(parts_of(cells) == n), n):
             x, y = np.round(part.place).astype(int)
             inside = (x >= 0) & (y >= 0) & (x < view.width) & (y < view.height)
             np.add.at(total, (y * view.width + x)[inside], part.side**2)
-    for place, side, *_ in traced._parts:
+    for place, side, *_ in traced.sky_parts:
         x, y = np.round(place).astype(int).T
         np.add.at(total, y * view.width + x, side**2)
     assert total.reshape(traced.visible_fraction.shape) == pytest.approx(traced.visible_fraction, abs=1e-6)
@@ -147,7 +147,7 @@ def test_a_shadow_within_one_cell_is_seen():
 @pytest.mark.parametrize(("camera", "view"), VIEWS[:3])
 def test_images_of_stars_are_those_that_are_certified(camera, view):
     view = kc.pictures.View(4 * view.width, 4 * view.height, view.field_of_view, view.projection, view.forward, view.up)
-    cells = SkyCells(*kc.pictures.trace_view(camera, view)._sky)
+    cells = kc.pictures.trace_view(camera, view).sky_cells
     cells = SkyCells(*(part[parts_of(cells) == 1] for part in cells))
     covered = np.zeros((view.height + 64, view.width + 64), bool)
     for x, y, size in zip(cells.x, cells.y, cells.size, strict=True):

@@ -153,8 +153,8 @@ def test_some_of_many_stars_are_searched_for_as_all_of_them():
     stars = PointLights(sky / np.linalg.norm(sky, axis=1)[:, None], np.ones((3000, 3)), np.full(3000, 6000.0))
     chosen = np.arange(1500)
     with ThreadPoolExecutor(1) as pool:
-        every = traced._search.images(stars, np.zeros(3000), pool)
-        some = traced._search.images(stars.some(chosen, 0.0), np.zeros(1500), pool, 3000)
+        every = traced.star_search.images(stars, np.zeros(3000), pool)
+        some = traced.star_search.images(stars.some(chosen, 0.0), np.zeros(1500), pool, 3000)
     these = every.star < 1500
     assert these.sum() > 200
     np.testing.assert_array_equal(np.bincount(some.star), np.bincount(every.star[these]))

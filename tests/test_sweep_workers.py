@@ -67,9 +67,9 @@ def test_deaths_without_anything_computed_end_a_sweep(block):
 def empty_cluster(monkeypatch):
     """A Dask scheduler in this process that has no worker, and a sweep that soon loses patience."""
     distributed = pytest.importorskip("distributed")
-    monkeypatch.setattr(worker_failures, "_SAID", 0.1)
-    monkeypatch.setattr(worker_failures, "_BORNE", 1.0)
-    monkeypatch.setattr(cluster, "_LOOK", 0.1)
+    monkeypatch.setattr(worker_failures, "SECONDS_UNTIL_SAID", 0.1)
+    monkeypatch.setattr(worker_failures, "SECONDS_BORNE", 1.0)
+    monkeypatch.setattr(cluster, "SECONDS_BETWEEN_LOOKS", 0.1)
     with distributed.LocalCluster(n_workers=0, processes=False, protocol="tcp", dashboard_address="") as empty:
         yield empty
 

@@ -142,7 +142,7 @@ def test_what_is_there_is_reported_with_three_commands_to_try(capsys):
 
 @pytest.mark.parametrize("flag", ["--quiet", "-q"])
 def test_quiet_prints_no_table_and_says_what_is_wrong(flag, capsys, monkeypatch):
-    monkeypatch.setattr("kerrcaustics.cli.terminal._quiet", False)
+    monkeypatch.setattr("kerrcaustics.cli.terminal.quiet_output", False)
     scale = ("scale", "--mass", "4.3e6")
     assert "21.1" in run(capsys, *scale)[1]
     assert run(capsys, *scale, flag) == (0, "", "")
@@ -172,7 +172,7 @@ def test_doctor_says_what_is_missing_and_what_to_do(capsys, tmp_path, monkeypatc
         "writable": True,
         "unsafe": None,
     }
-    monkeypatch.setattr(doctor, "_installed", lambda wanted: wanted.name not in ("av", "pyvista"))
+    monkeypatch.setattr(doctor, "installed", lambda wanted: wanted.name not in ("av", "pyvista"))
     status, out, _ = run(capsys, "doctor")
     assert status == 0 and "pip install 'kerrcaustics[films,space]'" in out
     assert "not tried, as the extra 'space' is not" in out and re.search(r"films .*no, needs av>=", out)
@@ -260,12 +260,12 @@ def test_an_interrupted_film_says_what_it_leaves(tmp_path):
     folder.mkdir()
     (folder / "film.json").touch()
     (folder / "000003.png").touch()
-    assert film._left_in(folder) == f"1 frame is kept in {folder}; start again to resume."
+    assert film.frames_left_in(folder) == f"1 frame is kept in {folder}; start again to resume."
     (folder / "000004.png").touch()
-    assert film._left_in(folder) == f"2 frames are kept in {folder}; start again to resume."
+    assert film.frames_left_in(folder) == f"2 frames are kept in {folder}; start again to resume."
     for number in (3, 4):
         (folder / f"00000{number}.png").unlink()
-    assert film._left_in(folder) == NOTHING_LEFT and not folder.exists()
+    assert film.frames_left_in(folder) == NOTHING_LEFT and not folder.exists()
 
 
 def test_numbers_have_no_negative_zero(capsys):

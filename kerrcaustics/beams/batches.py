@@ -29,7 +29,7 @@ _LANES = (2048, 512)
 # On an accelerator: the fewest rays for which it is used, where a CPU would take as long; rays in one call, all side by
 # side, of the closed form, for fewer and for more, and of the integrator. XLA compiles programs for some thousand rays
 # that take fifty times as long as these.
-_WORTH, _FEWER, _MOST, _INTEGRATED = 1 << 16, 1 << 18, 1 << 20, 1 << 16
+_WORTH, _FEWER, _MOST, INTEGRATED = 1 << 16, 1 << 18, 1 << 20, 1 << 16
 # Memory (bytes) that a beam may take there, where the program of the closed form needs 2,600 without fused loops; and
 # what is assumed of a device that does not report its memory.
 _BYTES_PER_RAY, _MEMORY = 1 << 12, 1 << 31
@@ -103,7 +103,7 @@ def closed_form(
     frame = frame_on(device, camera)
     # The formulas for small k are never taken for many rays.
     few = short or (wanted.time and len(sky) <= _FEW_WITH_TIMES)
-    size, lanes = _closed_form_size(len(sky), wanted.beams, many=many, few=few)
+    size, lanes = closed_form_size(len(sky), wanted.beams, many=many, few=few)
 
     def kernel(sky: Components, end: End, real: Reals) -> RayEnd[Reals | Flags]:
         options = {"wanted": wanted, "on_equator": on_equator, "short": short, "lanes": lanes}
@@ -115,7 +115,7 @@ def closed_form(
 @own_settings()
 def prospects(camera: Viewer, sky: np.ndarray, end: End) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Flags of rays that do not reach their end, that fall in when followed on, and for which both are certain."""
-    device, (size, _) = device_of(len(sky)), _closed_form_size(len(sky), beams=False)
+    device, (size, _) = device_of(len(sky)), closed_form_size(len(sky), beams=False)
     frame = frame_on(device, camera)
     return _batched(lambda sky, end: _prospects(frame, sky, end, on=device), [sky], end, size)
 
@@ -123,7 +123,7 @@ def prospects(camera: Viewer, sky: np.ndarray, end: End) -> tuple[np.ndarray, np
 @own_settings()
 def work(camera: Viewer, sky: np.ndarray, end: End) -> np.ndarray:
     """An estimate of the work of the integrator on each ray."""
-    device, (size, _) = device_of(len(sky)), _integrator_size(len(sky))
+    device, (size, _) = device_of(len(sky)), integrator_size(len(sky))
     frame = frame_on(device, camera)
     return _batched(lambda sky, end: _survey(frame, sky, end, on=device), [sky], end, size)
 
@@ -133,7 +133,7 @@ def integrate(
     camera: Viewer, sky: np.ndarray, refinement: np.ndarray, tolerance: float, end: End, wanted: Wanted
 ) -> RayEnd[np.ndarray]:
     """Rays integrated once, each with its steps shorter by its refinement; batches should hold rays of similar work."""
-    device, (size, lanes) = device_of(len(sky)), _integrator_size(len(sky))
+    device, (size, lanes) = device_of(len(sky)), integrator_size(len(sky))
     frame = frame_on(device, camera)
 
     def kernel(sky: Components, end: End, refinement: Reals) -> RayEnd[Reals | Flags]:
@@ -161,7 +161,7 @@ def most_on_accelerator() -> int:
     return size
 
 
-def _closed_form_size(count: int, beams: bool, *, many: bool = False, few: bool = False) -> tuple[int, int]:
+def closed_form_size(count: int, beams: bool, *, many: bool = False, few: bool = False) -> tuple[int, int]:
     """The number of rays in a call, and at a time; many: the job has more rays than are counted here; few: or none."""
     if on_accelerator(count):
         size = min(_FEWER if count <= _FEWER else _MOST, most_on_accelerator())
@@ -170,9 +170,9 @@ def _closed_form_size(count: int, beams: bool, *, many: bool = False, few: bool 
     return (large, _LANES[beams]) if many or (count > small and not few) else (small, small)
 
 
-def _integrator_size(count: int) -> tuple[int, int]:
+def integrator_size(count: int) -> tuple[int, int]:
     """The number of rays in a call, and side by side."""
-    return (_INTEGRATED, _INTEGRATED) if on_accelerator(count) else _BATCH
+    return (INTEGRATED, INTEGRATED) if on_accelerator(count) else _BATCH
 
 
 def _batched(function: Any, arrays: list[np.ndarray], end: End, size: int) -> Any:

@@ -34,23 +34,23 @@ from jax.experimental.xla_metadata import set_xla_metadata
 from kerrcaustics.own_folder import NotOwnError, own_files, own_folder, read_own, write_own
 
 # The largest number of files, and of programs in memory, where each takes some 80 MB: the least recently used go first.
-_MOST_KEPT, _MOST_LOADED = 256, 16
+MOST_KEPT, MOST_LOADED = 256, 16
 # Names of complete files; files that are not complete after some time, in seconds, were left behind.
 KEPT = re.compile(r"[\w.<>]+-[0-9a-f]{32}")
 _PART, _LEFT_BEHIND = re.compile(rf"\.{KEPT.pattern}\.[0-9a-f]{{16}}\.part"), 3600.0
 # Seconds for which a process waits for another that makes a program, before it makes it too.
-_PATIENCE = 60.0
+PATIENCE = 60.0
 # The folder of programs in that of all caches.
 PLACE = ("kerrcaustics", "programs")
 # The sources of programs: the rooms whose functions are compiled.
-_SOURCES = ("beams", "spacetime")
+SOURCES = ("beams", "spacetime")
 
 # For the compiler, by platform. On a CPU, fused loops would repeat the work that they share: one loop for each
 # operation, over arrays that stay in the cache, takes a third of the time, and compiles faster. In JAX 0.12 loops that
 # count as small would become one function each, and compile for minutes. The steps of the integrator share little:
 # fused, they take three quarters of the time, and one and a half times that of compilation.
 _LOOPS = "small-while-loop-hoisting"
-_OPTIONS = {"cpu": {"xla_disable_hlo_passes": f"fusion,{_LOOPS}"}}
+OPTIONS = {"cpu": {"xla_disable_hlo_passes": f"fusion,{_LOOPS}"}}
 _FUSED_OPTIONS = {"cpu": {"xla_disable_hlo_passes": _LOOPS}}
 
 Compiled = Callable[..., Any]
@@ -61,7 +61,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 # The setting that says for which device a program is made.
 _FOR = "jax_default_device"
 
-_loaded: dict[Hashable, "Future[Compiled]"] = {}
+loaded_programs: dict[Hashable, "Future[Compiled]"] = {}
 _lock = threading.Lock()
 _compiling: list[str] = []
 
@@ -94,25 +94,25 @@ class Program:
         device = on or small_job_device()
         key = (self, device, tree, tuple(static.items()), *types)
         with _lock:
-            is_new = key not in _loaded
+            is_new = key not in loaded_programs
             # The most recently used program stands last.
-            program = _loaded[key] = _loaded.pop(key, None) or Future()
-            if len(_loaded) > _MOST_LOADED:
-                del _loaded[next(iter(_loaded))]
+            program = loaded_programs[key] = loaded_programs.pop(key, None) or Future()
+            if len(loaded_programs) > MOST_LOADED:
+                del loaded_programs[next(iter(loaded_programs))]
         if is_new:
             try:
                 shapes = [(shape, str(dtype)) for shape, dtype in types]
                 program.set_result(self._kept(device, arguments, static, shapes))
             except BaseException as error:
                 with _lock:
-                    _loaded.pop(key, None)
+                    loaded_programs.pop(key, None)
                 program.set_exception(error)
         return program.result()
 
     def _kept(
         self, device: Device, arguments: tuple[Any, ...], static: dict[str, Hashable], shapes: list[Any]
     ) -> Compiled:
-        options = (_FUSED_OPTIONS if self._fused else _OPTIONS).get(device.platform)
+        options = (_FUSED_OPTIONS if self._fused else OPTIONS).get(device.platform)
         name = f"{self._function.__module__}.{self._function.__qualname__}"
         request = (jax.tree.structure(arguments), shapes, sorted(static.items()), options)
         made_for = device.platform, device.device_kind, device.client.platform_version
@@ -201,7 +201,7 @@ def unsafe_cache() -> str:
 def _source_digest() -> str:
     """A digest of the sources and versions of programs, and of the processor that they are made for."""
     rooms = Path(__file__).parents[1]
-    sources = [path.read_bytes() for room in _SOURCES for path in sorted((rooms / room).rglob("*.py"))]
+    sources = [path.read_bytes() for room in SOURCES for path in sorted((rooms / room).rglob("*.py"))]
     versions = [*map(version, ("jax", "jaxlib", "numpy")), platform.machine(), _processor()]
     switches = [os.environ.get(name, "") for name in ("XLA_FLAGS", "LIBTPU_INIT_ARGS")]
     return hashlib.sha256(b"\0".join([*sources, repr((versions, switches)).encode()])).hexdigest()
@@ -250,9 +250,9 @@ def _alone(name: str) -> Iterator[bool]:
 
 
 def _locked_after_a_while(lock: int) -> bool:
-    """Lock an open file, within _PATIENCE; True if another process held it."""
+    """Lock an open file, within PATIENCE; True if another process held it."""
     begin, waited = time.monotonic(), False
-    while time.monotonic() < begin + _PATIENCE:
+    while time.monotonic() < begin + PATIENCE:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             return waited
@@ -287,7 +287,7 @@ def _trim(folder: int) -> None:
     files = own_files(folder)
     complete = sorted((name for name in files if KEPT.fullmatch(name)), key=lambda name: files[name].st_mtime)
     remains = [name for name in files if _PART.fullmatch(name) and time.time() - files[name].st_mtime > _LEFT_BEHIND]
-    for name in (*complete[:-_MOST_KEPT], *remains):
+    for name in (*complete[:-MOST_KEPT], *remains):
         with contextlib.suppress(FileNotFoundError):
             os.unlink(name, dir_fd=folder)
 

@@ -55,14 +55,15 @@ def _missing(extra: str) -> list[str]:
     """Requirements of an extra that are not installed, or too old."""
     requirements = [Requirement(line) for line in requires("kerrcaustics") or []]
     own = (r for r in requirements if _applies(r, extra) and not _applies(r, ""))
-    return [f"{r.name}{r.specifier}" for r in own if not _installed(r)]
+    return [f"{r.name}{r.specifier}" for r in own if not installed(r)]
 
 
 def _applies(requirement: Requirement, extra: str) -> bool:
     return requirement.marker is None or requirement.marker.evaluate({"extra": extra})
 
 
-def _installed(requirement: Requirement) -> bool:
+def installed(requirement: Requirement) -> bool:
+    """True if the package is there in a version that serves."""
     try:
         return requirement.specifier.contains(version(requirement.name), prereleases=True)
     except PackageNotFoundError:

@@ -61,7 +61,10 @@ def film(
     _check_name(name, count, quality, resizing)
     with progress(left=True, at_once=workers.workers or 1) as report:
         scene = _scene_of(name)
-        film = _script_film(name, count, workers != HERE) if scene is None else _scene_film(scene, quality, resizing)
+        if scene is None:
+            film = _script_film(name, count, workers != HERE)
+        else:
+            film = film_of_scene_file(scene, quality, resizing)
         result = _make(path, film, report, frames=only, restart=restart, **asdict(workers))
     _report(result, common)
 
@@ -82,13 +85,13 @@ def _make(path: Path, film: "Film", report: Any, **options: Any) -> "FilmResult"
         say(console(stderr=True), line)
 
     folder = frames_folder(path)
-    on_interrupt(lambda: _left_in(folder))
+    on_interrupt(lambda: frames_left_in(folder))
     kept = f"The frames drawn so far are kept in {folder}; start again to resume."
     with one_line_errors(lambda reason: f"The film {path} cannot be written: {reason}. {kept}"), plain_errors():
         return make_film(path, film, progress=report, announce=announce, **options)
 
 
-def _left_in(folder: Path) -> str:
+def frames_left_in(folder: Path) -> str:
     """The frames that an interrupted film leaves behind, in words."""
     from kerrcaustics.films.frame_store import discard, frames_in
 
@@ -160,7 +163,8 @@ def _check_name(name: str, count: int | None, quality: Quality | None, resizing:
             raise BadInput(f"Argument {option} must be used with a scene (.toml), but {name} is a script.")
 
 
-def _scene_film(path: Path, quality: Quality | None, resizing: SizeOptions) -> "Film":
+def film_of_scene_file(path: Path, quality: Quality | None, resizing: SizeOptions) -> "Film":
+    """The film that a scene file describes."""
     from kerrcaustics.films.scene_films import FilmedScene, scene_film
 
     with one_line_errors():

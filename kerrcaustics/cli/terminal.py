@@ -30,19 +30,19 @@ _OPTIONS = {"end": "source-radius"}
 # Columns of what is read in a file, or by another program.
 _ENDLESS = 10_000
 
-_quiet = False
+quiet_output = False
 
 
 def be_quiet() -> None:
     """Print neither tables nor progress from now on, but errors and requested output all the same."""
-    global _quiet
-    _quiet = True
+    global quiet_output
+    quiet_output = True
 
 
 def console(stderr: bool = False) -> Console:
     """The console of tables."""
     width = None if (sys.stderr if stderr else sys.stdout).isatty() else _ENDLESS
-    return Console(stderr=stderr, width=width, quiet=_quiet, markup=False, emoji=False)
+    return Console(stderr=stderr, width=width, quiet=quiet_output, markup=False, emoji=False)
 
 
 def say(out: Console, text: str) -> None:
@@ -52,7 +52,7 @@ def say(out: Console, text: str) -> None:
 
 def note(text: str) -> None:
     """A line on standard error about what is allowed, and may not be what was meant."""
-    if not _quiet:
+    if not quiet_output:
         sys.stderr.write(f"Note: {text}\n")
 
 
@@ -141,7 +141,7 @@ def progress(prefix: str = "", left: bool = False, at_once: int = 1) -> Iterator
     left: with the time left, on the bar too; at_once: steps that are at work at the same time.
     """
     console = Console(stderr=True, markup=False, emoji=False)
-    if _quiet:
+    if quiet_output:
         yield lambda _what, _part: None
         return
     if not console.is_terminal:

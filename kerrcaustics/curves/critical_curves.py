@@ -153,11 +153,12 @@ def critical_curves(
 def curves_of(search_map: SearchMap, orders: int) -> CriticalCurves:
     """The critical curves of a map, as by `critical_curves`."""
     surface = search_map.surface
-    return _found(replace(search_map, surface=surface.bare()), orders).on(surface)
+    return found_curves(replace(search_map, surface=surface.bare()), orders).on(surface)
 
 
 @lru_cache(maxsize=8)
-def _found(search_map: SearchMap, orders: int) -> CriticalCurves:
+def found_curves(search_map: SearchMap, orders: int) -> CriticalCurves:
+    """The critical curves of a map, kept for the next call."""
     search = Search(search_map)
     search.domain.check()
     curves = tuple(_followed(search, orders))
@@ -166,7 +167,7 @@ def _found(search_map: SearchMap, orders: int) -> CriticalCurves:
 
 def forget() -> None:
     """Forget the curves that were found, so that a new search can be timed."""
-    _found.cache_clear()
+    found_curves.cache_clear()
 
 
 def _followed(search: Search, orders: int) -> list[CriticalCurve]:

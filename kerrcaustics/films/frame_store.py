@@ -40,7 +40,7 @@ _MOST_NAMED, _LONGEST = 3, 40
 # What drew the last frame for `draw_frame_again`, by the mark of its film.
 _LAST: dict[str, Draw] = {}
 # The marks of films of which this process has drawn a frame.
-_WARM: set[str] = set()
+WARM: set[str] = set()
 
 
 @dataclass(frozen=True)
@@ -198,8 +198,8 @@ def draw_frame(folder: str, mark: str, draw: Draw, number: int) -> None:
         store.fail(number, f"{type(error).__name__}: {' '.join(str(error).split())}")
         return
     # The first one loads and compiles, too, and is no guide to what others take.
-    seconds = clock() - began if mark in _WARM else None
-    _WARM.add(mark)
+    seconds = clock() - began if mark in WARM else None
+    WARM.add(mark)
     store.write(number, picture, seconds)
 
 

@@ -98,7 +98,7 @@ def listening(progress: Progress | bool | None) -> Iterator[None]:
             "Argument `progress` must be True, False or a function of a text and a number, but is "
             f"{type(progress).__name__}."
         )
-    if progress is True or (progress is None and _in_notebook()):
+    if progress is True or (progress is None and in_notebook()):
         context = bar(0.0 if progress else _PATIENCE)
     else:
         context = nullcontext(progress or _silent)
@@ -116,7 +116,7 @@ def _silent(_what: str, _part: float) -> None:
 
 def bar(after: float = 0.0) -> AbstractContextManager[Progress]:
     """A bar in the notebook, or on standard error, that is shown at the first report after so many seconds."""
-    return _cell_bar(after) if _in_notebook() else _terminal_bar(after)
+    return _cell_bar(after) if in_notebook() else _terminal_bar(after)
 
 
 @contextmanager
@@ -170,7 +170,7 @@ def _cell_bar(after: float) -> Iterator[Progress]:
             show("")
 
 
-def _in_notebook() -> bool:
+def in_notebook() -> bool:
     """True in a cell of a notebook; other threads of it have no cell."""
     shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
     in_main_thread = threading.current_thread() is threading.main_thread()

@@ -11,7 +11,7 @@ from kerrcaustics.scenes.render import Rendering, Sky, TracedView, render, trace
 from kerrcaustics.spacetime.viewer import Viewer
 
 # The last map, and all that it depends on.
-_LAST: list[tuple[tuple[Any, ...], TracedView]] = []
+LAST: list[tuple[tuple[Any, ...], TracedView]] = []
 
 
 class FrameContents(NamedTuple):
@@ -46,11 +46,11 @@ def _traced(camera: Viewer, view: Raster, shown: FrameContents, quality: str) ->
     options = {"delay": shown.light.delay, "quality": quality, "sky_radius": shown.sky_radius}
     key = camera, view, shown.sky is not None, rims, options
     # Looked at once: another thread may put its own there.
-    last = next(iter(_LAST), None)
+    last = next(iter(LAST), None)
     if last is None or not same(last[0], key):
         # Two at once would be too much memory.
         last = None
-        _LAST.clear()
+        LAST.clear()
         last = key, trace_view(camera, view, sky=shown.sky is not None, disk=disk, **options)
-        _LAST[:] = [last]
+        LAST[:] = [last]
     return last[1]

@@ -5,24 +5,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast, get_args
+from typing import Any, get_args
 
 import msgspec
 import numpy as np
 from jaxtyping import Float, UInt8
 
 from kerrcaustics.choices import Quality, if_radians
-from kerrcaustics.scene_files.builders import (
-    add_glare,
-    brightness_of,
-    disk_of,
-    orbiting_spots_of,
-    point_spread,
-    response_of,
-    sky_of,
-    sky_radius_of,
-)
-from kerrcaustics.scene_files.cameras import CameraPath, camera_path, value_at, varied
+from kerrcaustics.scene_files.builders import add_glare, point_spread, sky_radius_of
+from kerrcaustics.scene_files.cameras import CameraPath, camera_path
 from kerrcaustics.scene_files.contents import Contents, FilmTable, GeodesicTable, NoSky, OverlaysTable
 from kerrcaustics.scene_files.exposure import (
     Development,
@@ -32,32 +23,21 @@ from kerrcaustics.scene_files.exposure import (
     is_auto,
     keyframes,
 )
+from kerrcaustics.scene_files.matter import SceneMatter
 from kerrcaustics.scene_files.named_files import named_files
-from kerrcaustics.scene_files.orientation import axes_of
 from kerrcaustics.scene_files.overrides import with_overrides
-from kerrcaustics.scene_files.renderer import FrameContents, rendered
-from kerrcaustics.scene_files.validation import SceneError, about, check_contents, in_file, reject
-from kerrcaustics.scene_files.volumes import values_in, volume_of
-from kerrcaustics.scenes.colour import ResponseLike
-from kerrcaustics.scenes.disk.turned import turned_disk, turned_volume
-from kerrcaustics.scenes.disk.veil import Glowing
+from kerrcaustics.scene_files.renderer import rendered
+from kerrcaustics.scene_files.validation import about, check_contents, in_file, reject
+from kerrcaustics.scene_files.view_over_time import ViewOverTime
 from kerrcaustics.scenes.motion import ShutterMotion
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.render import Rendering
-from kerrcaustics.scenes.screen import Screen
-from kerrcaustics.scenes.turned_sky import TurnedSky
-from kerrcaustics.scenes.view import View, widest_field
 from kerrcaustics.spacetime.checks import one_of, quoted, real_number, whole_number
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.toml_files import as_struct, not_finite, numbers_in, read_toml
 
-if TYPE_CHECKING:
-    from kerrcaustics.spacetime.camera import Camera
-
 Array = np.ndarray
 
-# Values of a view, and of a screen, that may change with time.
-_VARIED_VIEW, _VARIED_SCREEN = ("field_of_view_deg", "tilt_deg", "yaw_deg", "pitch_deg"), ("size", "tilt_deg")
 _MAY_BE_INFINITE = ("camera.radius", "camera.path.radius")
 # Of a film's frames, so many are looked at before any is drawn.
 _LOOKED_AT = 100
@@ -194,7 +174,7 @@ class SceneFile:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Lines on what the author may not have meant."""
-        black = isinstance(self.contents.sky, NoSky) and not self._matter
+        black = isinstance(self.contents.sky, NoSky) and not self.matter.is_there
         numbers = numbers_in(msgspec.to_builtins(self.contents))
         lines = (if_radians(entry, number) for entry, number in numbers if entry.endswith("_deg"))
         return (*((_BLACK,) if black else ()), *filter(None, lines))
@@ -239,17 +219,8 @@ class SceneFile:
         camera, view = self._camera_view(time, scale)
         with in_file(self.name):
             phi = self._path.camera(time)[1].phi
-            shown = self._shown(time, phi, sky_radius_of(self.contents, camera))
+            shown = self.matter.frame(time, phi, sky_radius_of(self.contents, camera))
             return rendered(camera, view, shown, self._motion(time, phi, scale), quality)
-
-    def _shown(self, time: float, phi: float, sky_radius: float) -> FrameContents:
-        """The scene at a time, turned back by the azimuth phi of the camera."""
-        sky, volume = self._sky, self._volume(time)
-        if sky is not None and phi != 0:
-            sky = TurnedSky(sky, -phi)
-        disk = None if self._disk is None else turned_disk(self._disk, -phi)
-        matter = disk, None if volume is None else turned_volume(volume, -phi)
-        return FrameContents(sky, sky_radius, matter, self.contents.light, time)
 
     def _motion(self, time: float, phi: float, scale: float) -> ShutterMotion | None:
         """The motion while a frame is exposed, about its middle; phi: of the camera then."""
@@ -349,47 +320,14 @@ class SceneFile:
         return camera_path(self.contents, self.folder, span)
 
     @cached_property
-    def _varied(self) -> dict[str, Any]:
-        """Values that may change with time, by the paths of their keys."""
-        table = self.contents.view
-        keys = _VARIED_VIEW if table.size is None else _VARIED_SCREEN
-        values = {f"view.{key}": getattr(table, key) for key in keys}
-        values |= {f"view.centre[{i}]": value for i, value in enumerate(table.centre or ())}
-        return {entry: varied(entry, value, self._path) for entry, value in values.items()}
-
-    @property
-    def _sky(self) -> Any:
-        return sky_of(self.contents.sky, self.folder, self.files, self._response)
-
-    @property
-    def _response(self) -> ResponseLike:
-        return response_of(self.contents.light.response, self.folder, self.files)
+    def matter(self) -> SceneMatter:
+        """The sky, the disk and the matter in space."""
+        return SceneMatter(self.contents, self.folder, self.files, self._path)
 
     @cached_property
-    def _disk(self) -> Any:
-        table = self.contents.disk
-        if table is None:
-            return None
-        brightness = brightness_of(table, self.contents.sky)
-        return disk_of(table, brightness, self.contents.hole.spin, self.folder, self.files, self._response)
-
-    @property
-    def _matter(self) -> bool:
-        """True where something is round the hole."""
-        return any(table is not None for table in (self.contents.disk, self.contents.volume, self.contents.spots))
-
-    def _volume(self, time: float) -> Glowing | None:
-        """The matter in space, as it is at a time, or the spots in its place."""
-        table, contents = self.contents.volume, self.contents
-        if contents.spots is not None:
-            if table is not None:
-                raise SceneError("spots must not stand beside volume.")
-            return orbiting_spots_of(contents.spots, contents.hole.spin, self._response)
-        if table is None:
-            return None
-        values = values_in(table, self._path, time)
-        brightness, spin = brightness_of(table, contents.sky), contents.hole.spin
-        return volume_of(table, values, brightness, spin, self.folder, self.files, self._response)
+    def views(self) -> ViewOverTime:
+        """The view, or the screen, over time."""
+        return ViewOverTime(self.contents.view, self._path)
 
     def _camera_view(self, time: float, scale: float = 1.0) -> tuple[Viewer, Raster]:
         if not math.isfinite(real_number("time", time)):
@@ -398,41 +336,18 @@ class SceneFile:
             raise ValueError(f"Argument `scale` must be more than 0 and at most 16, but is {quoted(scale)}.")
         with in_file(self.name):
             camera = self._path.camera(time)[0]
-            return camera, self._raster(camera, self._values(time), scale)
-
-    def _values(self, time: float) -> dict[str, float]:
-        """The values that may change with time, by the paths of their keys."""
-        moment = self._path.at(time)
-        return {entry: value_at(varying, moment) for entry, varying in self._varied.items()}
-
-    def _raster(self, camera: Viewer, values: dict[str, float], scale: float, trial: bool = False) -> Raster:
-        """A view or a screen; trial: a view straight on, to try the rest without looking for the shadow."""
-        table = self.contents.view
-        width, height = (max(round(scale * pixels), 1) for pixels in self.size)
-        with about("view"):
-            if table.size is not None:
-                tilt, centre = math.radians(values["view.tilt_deg"]), (values[f"view.centre[{i}]"] for i in (0, 1))
-                return Screen(width, height, values["view.size"], tuple(centre), (math.sin(tilt), math.cos(tilt)))
-            field, *turns = (values[f"view.{key}"] for key in _VARIED_VIEW)
-            assert table.look is not None and table.projection is not None
-            widest = math.degrees(widest_field(table.projection, width, height))
-            if not 0 < field <= widest * (1 + 1e-12):
-                shape = f"a {table.projection} picture of {width} x {height} pixels"
-                reject("view.field_of_view_deg", f"be above 0 and at most {widest:.6g} degrees for {shape}", field)
-            looking = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-            axes = looking if trial else axes_of(cast("Camera", camera), table.look, turns)
-            return View(width, height, math.radians(field), table.projection, *axes)
+            return camera, self.views.raster(camera, time, scale)
 
     def _check(self) -> None:
         """Make all that costs little, so that errors are raised before anything is traced."""
         start, end = self.span
         if not (end > start or (self.frames == 1 and end == start)):
             reject("film.end", f"be given, and be later than film.start ({start:g})", end)
-        _ = self._sky
+        _ = self.matter.sky
         for i, one in enumerate(self.contents.light.flare or ()):
             with about(f"light.flare[{i}]"):
                 point_spread(one, self.folder, 1.0)
-        _ = self._disk
+        _ = self.matter.disk
         for number in sorted({*range(0, self.frames, max(self.frames // _LOOKED_AT, 1)), self.frames - 1}):
             self._check_frame(self.moment(number))
         if self._overlaid:
@@ -443,8 +358,7 @@ class SceneFile:
     def _check_frame(self, time: float) -> None:
         camera = self._path.camera(time)[0]
         sky_radius_of(self.contents, camera)
-        values = self._values(time)
-        self._raster(camera, values, 1.0, trial=True)
-        self._volume(time)
+        self.views.raster(camera, time, 1.0, trial=True)
+        self.matter.volume(time)
         exposure = 1.0 if self._by_light else self._exposure.at(self._path.at(time))
         developed(np.zeros((1, 1, 3), np.float32), self.contents.light, exposure)

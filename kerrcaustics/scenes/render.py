@@ -133,8 +133,7 @@ class TracedView(Shown):
             with stage("disk_light"):
                 glow, transmission = lit(disk, cells, shape, looks, veil)
             light = light * transmission[..., None] + glow
-        seconds = self.seconds + clock() - began
-        counts = self.supersampled, self.beams, seconds, self.crossings
+        counts = self.supersampled, self.beams, self.seconds + clock() - began, self.crossings
         more = transmission, self.error, self.stages, self.sky_radius
         return Rendering(self.camera, self.view, light, self.visible_fraction, *counts, *more)
 
@@ -149,17 +148,25 @@ class TracedView(Shown):
     ) -> Float[Array, "height width 3"]:
         if self.visible_fraction is None:
             raise ValueError("Argument `sky` needs a view that was traced with it.")
-        parts = [Parts(*part) for part in self._parts]
-        cells = SkyCells(*self._sky)
-        end = sky_end(self.camera, self.sky_radius)
-        return sky_light(self.camera, self.view, sky, cells, parts, lambda: self._search, shifts, turn, end, weight)
+        mapped, end = (self.sky_cells, self.sky_parts), sky_end(self.camera, self.sky_radius)
+        return sky_light(self.camera, self.view, sky, *mapped, lambda: self.star_search, shifts, turn, end, weight)
+
+    @property
+    def sky_cells(self) -> SkyCells:
+        """Cells of the picture that see the sky; of a view with a sky."""
+        return SkyCells(*self._sky)
+
+    @property
+    def sky_parts(self) -> list[Parts]:
+        """Parts of supersampled pixels that see the sky."""
+        return [Parts(*part) for part in self._parts]
 
     @cached_property
-    def _search(self) -> StarSearch:
-        """The search for images of stars, for any catalogue."""
+    def star_search(self) -> StarSearch:
+        """The search for images of stars, for any catalogue; of a view with a sky."""
         assert self.visible_fraction is not None
         end = sky_end(self.camera, self.sky_radius)
-        return StarSearch(self.camera, self.view, SkyCells(*self._sky), self.visible_fraction, end=end)
+        return StarSearch(self.camera, self.view, self.sky_cells, self.visible_fraction, end=end)
 
 
 @usual_warnings
@@ -268,8 +275,8 @@ def render(
     options = {"disk": disk, "delay": delay, "quality": quality, "sky_radius": sky_radius}
     traced = trace_view(camera, view, sky=sky is not None, **options)
     switches: dict[str, Any] = {"beaming": beaming, "colour_shift": colour_shift, "delay": delay}
-    switches |= {"turn": exposure.turn, "turn_weight": exposure.weight.shape}
-    return traced.show(sky, disk=disk, volume=volume, time=time, **switches)
+    turn: dict[str, Any] = {"turn": exposure.turn, "turn_weight": exposure.weight.shape}
+    return traced.show(sky, disk=disk, volume=volume, time=time, **switches, **turn)
 
 
 @usual_warnings
@@ -287,9 +294,6 @@ def trace_view(
     progress: Progress | bool | None = None,
 ) -> TracedView:
     """The map of a view, for `TracedView.show`: for films, where the sky moves and the camera does not.
-
-    sky: true for a view with a sky; disk: its place; delay: true for the travel time from it;
-    quality: as for `render`.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ from kerrcaustics.workers.worker_failures import Compute, Finished, Job, WorkerF
 # Jobs that the scheduler holds at a time.
 _IN_FLIGHT = 20_000
 # Seconds without news after which the scheduler is queried for its workers; its time limits to answer, first and later.
-_LOOK, _FIRST_ANSWER, _ANSWER = 5.0, 30.0, 10.0
+SECONDS_BETWEEN_LOOKS, FIRST_ANSWER, _ANSWER = 5.0, 30.0, 10.0
 
 
 def on_cluster(scheduler: str, compute: Compute, jobs: list[Job], worker_failures: WorkerFailures) -> Finished:
@@ -32,7 +32,7 @@ def on_cluster(scheduler: str, compute: Compute, jobs: list[Job], worker_failure
             submit(job)
         while at_work:
             try:
-                future = done.get(timeout=_LOOK)
+                future = done.get(timeout=SECONDS_BETWEEN_LOOKS)
             except Empty:
                 worker_failures.there_are(_workers(client))
                 continue
@@ -53,7 +53,7 @@ def client_of(scheduler: str) -> Iterator[Any]:
     Client = needed("sweep", "distributed").Client
     with _quiet():
         try:
-            client = Client(scheduler, timeout=_FIRST_ANSWER, set_as_default=False)
+            client = Client(scheduler, timeout=FIRST_ANSWER, set_as_default=False)
         except (OSError, ValueError) as error:
             raise ValueError(
                 f"Argument `scheduler` must be the address of a Dask scheduler, but {scheduler!r} does not answer "

@@ -14,9 +14,9 @@ Finished = Generator[tuple[Job, bool], None, None]
 """A job when it is done, with True if it was computed, False if every worker died with it."""
 
 # Seconds without a worker until a message, and until the end.
-_SAID, _BORNE = 30.0, 300.0
+SECONDS_UNTIL_SAID, SECONDS_BORNE = 30.0, 300.0
 # Deaths with one job until it is given up.
-_WITH_A_JOB = 12
+MOST_DEATHS_WITH_A_JOB = 12
 # Deaths for each worker, with no job computed in between, until the end.
 _IN_A_ROW = 40
 
@@ -48,9 +48,9 @@ class WorkerFailures:
             self._last_sign, self._workers = now, max(workers, self._workers)
             return
         absent = now - self._last_sign
-        if absent > _BORNE and not starting:
+        if absent > SECONDS_BORNE and not starting:
             self.end(f"No worker for {absent:.0f} s")
-        if absent > _SAID:
+        if absent > SECONDS_UNTIL_SAID:
             self._say(f"no worker for {absent:.0f} s")
 
     def end(self, why: str) -> NoReturn:
@@ -70,4 +70,4 @@ class WorkerFailures:
             return True
         self._last_sign = monotonic()
         self._deaths[job] += times
-        return self._deaths[job] < _WITH_A_JOB
+        return self._deaths[job] < MOST_DEATHS_WITH_A_JOB
