@@ -1,6 +1,7 @@
 """The explorer in a notebook: an anywidget, which shows the same page and keeps its state."""
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -73,12 +74,47 @@ def explore(
     return _widget_class()(ExplorerState.of({**values, **degrees}))
 
 
+class _Answering:
+    """The part of the widget that answers the page, for a class with the messages and the traits of anywidget."""
+
+    state: dict[str, Any]
+    numbers: dict[str, Any]
+    send: Callable[..., None]
+
+    def _answer(self, _widget: Any, content: Any, _buffers: Any) -> None:
+        content = content if isinstance(content, dict) else {}
+        if content.get("kind") == "hello":
+            self._reply(greeting())
+            return
+        try:
+            asked = question(str(content.get("text", "")))
+        except ValueError as error:
+            self._reply(refusal(error))
+            return
+        work = Work()
+        with work.reported(self._reply):
+            message, data = work.answered(asked)
+        self._adopt(message.record)
+        self._deliver(data)
+
+    def _reply(self, message: Message) -> None:
+        self._deliver(message.encoded())
+
+    def _adopt(self, record: dict[str, Any]) -> None:
+        if record["kind"] == "view":
+            self.state = record["state"]
+            self.numbers = self.numbers | {k: record[k] for k in ("images", "caustics") if k in record}
+
+    def _deliver(self, data: bytes) -> None:
+        self.send({"kind": "message"}, [data])
+
+
 @lru_cache(maxsize=1)
 def _widget_class() -> Any:
     """The class of the widget, made on demand: anywidget is an extra."""
     anywidget, traitlets = needed("notebook", "anywidget"), needed("notebook", "traitlets")
 
-    class ExplorerWidget(anywidget.AnyWidget):
+    class ExplorerWidget(_Answering, anywidget.AnyWidget):
         """The page, and the state that it shows."""
 
         _esm = script("notebook")
@@ -93,32 +129,5 @@ def _widget_class() -> Any:
         @traitlets.validate("state")
         def _checked(self, proposal: Any) -> dict[str, Any]:
             return ExplorerState.of(proposal["value"]).record()
-
-        def _answer(self, _widget: Any, content: Any, _buffers: Any) -> None:
-            content = content if isinstance(content, dict) else {}
-            if content.get("kind") == "hello":
-                self._reply(greeting())
-                return
-            try:
-                asked = question(str(content.get("text", "")))
-            except ValueError as error:
-                self._reply(refusal(error))
-                return
-            work = Work()
-            with work.reported(self._reply):
-                message, data = work.answered(asked)
-            self._adopt(message.record)
-            self._deliver(data)
-
-        def _reply(self, message: Message) -> None:
-            self._deliver(message.encoded())
-
-        def _adopt(self, record: dict[str, Any]) -> None:
-            if record["kind"] == "view":
-                self.state = record["state"]
-                self.numbers = self.numbers | {k: record[k] for k in ("images", "caustics") if k in record}
-
-        def _deliver(self, data: bytes) -> None:
-            self.send({"kind": "message"}, [data])
 
     return ExplorerWidget

@@ -6,6 +6,7 @@ distance from the limb is taken as bilinear.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -47,104 +48,164 @@ def summed(
     sides = ("beyond",) if type(near) is OneLeaf else ("beyond", "inside")
     area = math.pi * size**2 if len(centre) == 2 else 4 * math.pi * math.sin(size / 2) ** 2
     ends = surface.arrivals() if isinstance(near, TwoLeaves) else (surface,)
-    sums = [_summed(viewer, centre, size, max_index, end, side) for end in ends for side in sides]
+    disc = centre, size
+    sums = [_summed(_Side(viewer, disc, end, side), max_index) for end in ends for side in sides]
     return sum(fine for fine, _ in sums) / area, sum(abs(fine - coarse) for fine, coarse in sums) / area
 
 
-def _summed(
-    viewer: kc.Camera | kc.Observer, centre: Array, radius: float, max_index: int, surface: End, side: str
-) -> tuple[float, float]:
-    """The area on one side of the shadow edge, by one arrival, and that before the last two halvings."""
-    sky = search_sky(viewer)
-    camera = sky.search_camera
-    chart = chart_of(camera)
-    phi, depth = (
-        x.ravel() for x in np.meshgrid(np.arange(96) * 2 * math.pi / 96, np.arange(64) * _DEEPEST / 64, indexing="ij")
-    )
-    size, beyond = np.full(len(phi), 2 * math.pi / 96), np.full(len(phi), _DEEPEST / 64)
-    total, sums = 0.0, [math.inf]
-    lost = 0.0
-    scale = float(lengths(centre))
+class _Cells(NamedTuple):
+    """Cells in position angle and depth, flat arrays: a corner, and the sides from it."""
 
-    def distances(ends: Array, place: Array) -> Array:
-        return lengths(ends - place) if len(centre) == 2 else angle_between(ends, place)
+    phi: Array
+    depth: Array
+    size: Array
+    beyond: Array
 
-    def place(phi: Array, depth: Array) -> Array:
+    @classmethod
+    def first(cls) -> "_Cells":
+        """The cells to begin with."""
+        phi, depth = np.meshgrid(np.arange(96) * 2 * math.pi / 96, np.arange(64) * _DEEPEST / 64, indexing="ij")
+        count = phi.size
+        return cls(phi.ravel(), depth.ravel(), np.full(count, 2 * math.pi / 96), np.full(count, _DEEPEST / 64))
+
+    def some(self, chosen: Array) -> "_Cells":
+        """Chosen cells."""
+        return _Cells(*(part[chosen] for part in self))
+
+    def halves(self, across: Array) -> "_Cells":
+        """Halves of all cells; across: true where position angles are halved."""
+        size, beyond = np.where(across, self.size / 2, self.size), np.where(across, self.beyond, self.beyond / 2)
+        phi = np.concatenate([self.phi, self.phi + across * size])
+        depth = np.concatenate([self.depth, self.depth + ~across * beyond])
+        return _Cells(phi, depth, np.tile(size, 2), np.tile(beyond, 2))
+
+
+class _Traced(NamedTuple):
+    """Cells whose corners and middles were traced."""
+
+    # Distances of their ends from the limb, negative inside the disc.
+    away: Array
+    # Positive up to the highest index, and 0 on its critical curve.
+    counted: Array
+    # Distances between ends, of all corners from the middle.
+    spread: Array
+    # True where all corners reach the surface, and their ends lie close together.
+    known: Array
+    # True where the limb may pass through the cell.
+    close: Array
+    # True where the longer image is that of the side in position angle.
+    wide: Array
+
+
+class _Side:
+    """One side of the shadow edge, and one arrival at the surface of a disc."""
+
+    def __init__(self, viewer: kc.Camera | kc.Observer, disc: tuple[Array, float], surface: End, side: str) -> None:
+        (self.centre, self.radius), self.surface, self.side = disc, surface, side
+        self.sky = search_sky(viewer)
+        self.chart = chart_of(self.sky.search_camera)
+        self.in_plane, self.scale = len(self.centre) == 2, float(lengths(self.centre))
+
+    def distances(self, ends: Array, place: Array) -> Array:
+        """Distances on the surface."""
+        return lengths(ends - place) if self.in_plane else angle_between(ends, place)
+
+    def place(self, phi: Array, depth: Array) -> Array:
+        """Directions of the search sky."""
         shape = np.shape(phi)
-        if side == "inside":
+        if self.side == "inside":
             flat = np.stack([np.ravel(phi), -np.expm1(-np.ravel(depth))], axis=-1)
-            return chart.from_polar(flat).reshape(*shape, 3)
+            return self.chart.from_polar(flat).reshape(*shape, 3)
         flat = np.stack([np.ravel(phi), np.ravel(depth), 0 * np.ravel(phi)], axis=-1)
-        return chart.sky(np.ones(len(flat), int), flat).reshape(*shape, 3)
+        return self.chart.sky(np.ones(len(flat), int), flat).reshape(*shape, 3)
 
-    def density(phi: Array, depth: Array) -> Array:
+    def density(self, phi: Array, depth: Array) -> Array:
         """Area on the viewer's sky by that in (phi, depth)."""
         flat = [np.ravel(phi), np.maximum(np.ravel(depth), 1e-9)]
         # Next to the direction opposite to the hole depths are small.
         step = 1e-5
         deep = np.minimum(step, flat[1] / 2)
-        along = (place(flat[0] + step, flat[1]) - place(flat[0] - step, flat[1])) / (2 * step)
-        down = (place(flat[0], flat[1] + deep) - place(flat[0], flat[1] - deep)) / (2 * deep[:, None])
-        area = lengths(np.cross(along, down)) * sky.lengths(place(*flat)) ** 2
+        along = (self.place(flat[0] + step, flat[1]) - self.place(flat[0] - step, flat[1])) / (2 * step)
+        down = (self.place(flat[0], flat[1] + deep) - self.place(flat[0], flat[1] - deep)) / (2 * deep[:, None])
+        area = lengths(np.cross(along, down)) * self.sky.lengths(self.place(*flat)) ** 2
         return area.reshape(np.shape(phi))
 
-    for level in range(_LEVELS + 1):
+    def traced(self, cells: _Cells, max_index: int) -> _Traced:
+        """The cells, with what their corners and middles say of them."""
+        phi, depth, size, beyond = cells
         x = np.stack([phi + a * size for a, _ in _CORNERS], axis=1)
         y = np.stack([np.maximum(depth + b * beyond, 1e-9) for _, b in _CORNERS], axis=1)
-        beams = kc.trace_beams(
-            camera, place(x, y).reshape(-1, 3), "auto", 1e-10, end=surface, crossings=False, redshift=False
-        )
+        options = {"end": self.surface, "crossings": False, "redshift": False}
+        beams = kc.trace_beams(self.sky.search_camera, self.place(x, y).reshape(-1, 3), "auto", 1e-10, **options)
         reached = np.isfinite(beams.delta_plus).reshape(x.shape)
-        ends = surface.ends(beams).reshape(*x.shape, -1)
-        away = np.where(reached, distances(ends, centre) - radius, np.nan)
-        # The rim of what is reached has its own test.
-        away = np.where(reached, away, np.nan_to_num(np.nanmin(np.where(reached, away, np.inf), axis=1))[:, None])
-        away = np.where(reached.any(axis=1)[:, None], away, math.inf)
-        index = np.where(reached, np.reshape(beams.index, x.shape), 99)
-        with np.errstate(invalid="ignore"):
-            ratio = np.where(reached, np.abs(beams.delta_minus / beams.delta_plus).reshape(x.shape), 1)
-        # Positive up to the highest index, and 0 on its critical curve.
-        counted = np.select(
-            [index == max_index, index == max_index + 1], [ratio, -ratio], np.where(index < max_index, 1, -1)
-        )
-        across = lengths(np.diff(place(np.stack([phi, phi + size], 1), np.stack([depth + beyond / 2] * 2, 1)), axis=1))
-        down = lengths(np.diff(place(np.stack([phi + size / 2] * 2, 1), np.stack([depth, depth + beyond], 1)), axis=1))
+        ends = self.surface.ends(beams).reshape(*x.shape, -1)
+        across, down = self._sides(cells)
+        spread = self.distances(ends, ends[:, 4:]).max(axis=1)
+        known = reached.all(axis=1) & (spread < _NARROW * self.scale)
         # How far the ends of a cell reach is known where they lie close together.
         stretch = np.where(reached, beams.delta_plus.reshape(x.shape), 0).max(axis=1)
-        spread = distances(ends, ends[:, 4:]).max(axis=1)
-        known = reached.all(axis=1) & (spread < _NARROW * scale)
-        reach = np.where(known, 2 * spread, 2 * stretch * (across + down)[:, 0])
-        close = (np.abs(away) < reach[:, None]).any(axis=1)
-        if len(centre) == 2:
-            # Toward the rim at infinity radii grow, and no disc is met any more.
-            far = np.where(reached, lengths(ends), math.inf).min(axis=1) > _FAR * (scale + radius)
-            close &= reached.all(axis=1) | ~far
-        mixed = (counted > 0).any(axis=1) & (counted < 0).any(axis=1)
-        inside = (away < 0).any(axis=1) & (counted > 0).any(axis=1)
-        split = (close | (mixed & inside)) & (counted > 0).any(axis=1)
+        away, reach = (
+            self._distances_from_limb(ends, reached),
+            np.where(known, 2 * spread, 2 * stretch * (across + down)),
+        )
+        close = (np.abs(away) < reach[:, None]).any(axis=1) & self._may_meet_disc(ends, reached)
+        # The side with the longer image.
+        sides = (((0, 1), (2, 3)), ((0, 2), (1, 3)))
+        wide, long = (np.fmax(*(self.distances(ends[:, i], ends[:, j]) for i, j in pairs)) for pairs in sides)
+        wide = np.where(known, wide > long, across > down)
+        return _Traced(away, _counted(beams, reached, max_index), spread, known, close, wide)
+
+    def _sides(self, cells: _Cells) -> tuple[Array, Array]:
+        """Lengths of both sides of cells on the search sky."""
+        phi, depth, size, beyond = cells
+        across = self.place(np.stack([phi, phi + size], 1), np.stack([depth + beyond / 2] * 2, 1))
+        down = self.place(np.stack([phi + size / 2] * 2, 1), np.stack([depth, depth + beyond], 1))
+        return lengths(np.diff(across, axis=1))[:, 0], lengths(np.diff(down, axis=1))[:, 0]
+
+    def _distances_from_limb(self, ends: Array, reached: Array) -> Array:
+        away = np.where(reached, self.distances(ends, self.centre) - self.radius, np.nan)
+        # The rim of what is reached has its own test.
+        away = np.where(reached, away, np.nan_to_num(np.nanmin(np.where(reached, away, np.inf), axis=1))[:, None])
+        return np.where(reached.any(axis=1)[:, None], away, math.inf)
+
+    def _may_meet_disc(self, ends: Array, reached: Array) -> Array:
+        """False for cells of the plane's rim at infinity: toward it radii grow, and no disc is met any more."""
+        if not self.in_plane:
+            return np.ones(len(ends), bool)
+        far = np.where(reached, lengths(ends), math.inf).min(axis=1) > _FAR * (self.scale + self.radius)
+        return reached.all(axis=1) | ~far
+
+
+def _counted(beams: kc.Beams, reached: Array, max_index: int) -> Array:
+    """Positive up to the highest index, and 0 on its critical curve."""
+    index = np.where(reached, np.reshape(beams.index, reached.shape), 99)
+    with np.errstate(invalid="ignore"):
+        ratio = np.where(reached, np.abs(beams.delta_minus / beams.delta_plus).reshape(reached.shape), 1)
+    return np.select([index == max_index, index == max_index + 1], [ratio, -ratio], np.where(index < max_index, 1, -1))
+
+
+def _summed(side: _Side, max_index: int) -> tuple[float, float]:
+    """The area on one side of the shadow edge, by one arrival, and that before the last two halvings."""
+    cells, total, sums, lost = _Cells.first(), 0.0, [math.inf], 0.0
+    for level in range(_LEVELS + 1):
+        traced = side.traced(cells, max_index)
+        away, counted = traced.away, traced.counted
+        counts = (counted > 0).any(axis=1)
+        mixed, inside = counts & (counted < 0).any(axis=1), (away < 0).any(axis=1) & counts
+        split = (traced.close | (mixed & inside)) & counts
         whole = ~split & (away[:, 4] < 0) & (counted[:, 4] > 0)
-        total += _area(density, phi[whole], depth[whole], size[whole], beyond[whole])
-        partial = _partial(density, phi[split], depth[split], size[split], beyond[split], away[split], counted[split])
+        total += _area(side.density, *cells.some(whole))
+        partial = _partial(side.density, *cells.some(split), away[split], counted[split])
         if level == _LEVELS or not split.any() or (level > 8 and split.sum() > _MOST_CELLS):
             total += partial
             # Discs may slip through cells whose ends reach farther.
-            rough = known & split & (spread > _NARROW * radius)
-            part = np.minimum((radius / spread[rough]) ** 2, 1)
-            middle = density(phi[rough] + size[rough] / 2, depth[rough] + beyond[rough] / 2)
-            lost = float(part @ (middle * size[rough] * beyond[rough]))
+            rough = traced.known & split & (traced.spread > _NARROW * side.radius)
+            phi, depth, size, beyond = cells.some(rough)
+            part = np.minimum((side.radius / traced.spread[rough]) ** 2, 1)
+            lost = float(part @ (side.density(phi + size / 2, depth + beyond / 2) * size * beyond))
             break
         sums.append(total + partial)
-        # The side with the longer image is halved.
-        wide, long = (
-            np.fmax(*(distances(ends[:, i], ends[:, j]) for i, j in pairs))
-            for pairs in (((0, 1), (2, 3)), ((0, 2), (1, 3)))
-        )
-        halved = np.where(known, wide > long, across[:, 0] > down[:, 0])[split]
-        phi, depth, size, beyond = phi[split], depth[split], size[split], beyond[split]
-        size, beyond = np.where(halved, size / 2, size), np.where(halved, beyond, beyond / 2)
-        phi = np.concatenate([phi, phi + halved * size])
-        depth = np.concatenate([depth, depth + ~halved * beyond])
-        size, beyond = np.tile(size, 2), np.tile(beyond, 2)
+        cells = cells.some(split).halves(traced.wide[split])
     # Each of two halvings is of one side.
     before = sums[-2] if len(sums) > 1 else total
     return total, total + abs(total - before) + lost
