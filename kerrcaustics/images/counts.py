@@ -129,6 +129,20 @@ class CountMap(Shown):
         images = {"COUNTS": self.counts.transpose(2, 0, 1).astype("int32"), "ON_CAUSTIC": self.on_caustic.astype("u1")}
         plate_carree.write(path, images, {**cards, "BUNIT": "count", **places})
 
+    @classmethod
+    def from_fits(cls, path: str | os.PathLike[str]) -> "CountMap":
+        """The map that `to_fits` wrote, equal to the original. Needs the package astropy.
+
+        Raises ValueError if the file cannot be read or holds no such map.
+        """
+        (counts, header), *extensions = plate_carree.read(path)
+        if header.get("CTYPE3") != _FITS_AXIS or len(extensions) != 1 or "SURFACE" not in header:
+            raise ValueError(f"Argument `path` must name a map that `to_fits` wrote, but {os.fspath(path)!r} is none.")
+        counts, rows = counts[:, ::-1].transpose(1, 2, 0).astype(int), counts.shape[1]
+        phi, on_caustic = (np.arange(2 * rows) + 0.5) * math.pi / rows, extensions[0][0][::-1].astype(bool)
+        camera, surface = (_placed(header[name], path) for name in ("VIEWER", "SURFACE"))
+        return cls(camera, surface, surface.levels(camera, rows), phi, counts, on_caustic, np.zeros_like(on_caustic))
+
     def to_healpix(self, nside: int, order: healpix.Order = "ring") -> Int[Array, "morse_index pixels"]:
         """Counts (max_index + 1, 12 nside^2) in HEALPix: those of the map's cell that holds the centre of each pixel.
 
@@ -291,20 +305,6 @@ def _checked_radii(surface: End, camera: Viewer, radii: ArrayLike) -> Float[Arra
             f"{radii!r}."
         )
     return radius
-
-
-def read_count_map(path: str | os.PathLike[str]) -> CountMap:
-    """The map that `CountMap.to_fits` wrote, equal to the original. Needs the package astropy.
-
-    Raises ValueError if the file cannot be read or holds no such map.
-    """
-    (counts, header), *extensions = plate_carree.read(path)
-    if header.get("CTYPE3") != _FITS_AXIS or len(extensions) != 1 or "SURFACE" not in header:
-        raise ValueError(f"Argument `path` must name a map that `to_fits` wrote, but {os.fspath(path)!r} is none.")
-    counts, rows = counts[:, ::-1].transpose(1, 2, 0).astype(int), counts.shape[1]
-    phi, on_caustic = (np.arange(2 * rows) + 0.5) * math.pi / rows, extensions[0][0][::-1].astype(bool)
-    camera, surface = (_placed(header[name], path) for name in ("VIEWER", "SURFACE"))
-    return CountMap(camera, surface, surface.levels(camera, rows), phi, counts, on_caustic, np.zeros_like(on_caustic))
 
 
 def _placed(text: str, path: str | os.PathLike[str]) -> Any:

@@ -113,11 +113,15 @@ class Shown:
 
     def __repr__(self) -> str:
         """Numbers, and sizes of arrays, in one line."""
-        return import_module("kerrcaustics.results.shown").one_line(self)
+        from kerrcaustics.results.shown import one_line
+
+        return one_line(self)
 
     def _repr_html_(self) -> str:
         """HTML for notebooks: the numbers with their errors, and a small picture."""
-        return import_module("kerrcaustics.results.shown").page(self)
+        from kerrcaustics.results.shown import page
+
+        return page(self)
 
     def plot(self, ax: "Axes | None" = None, **settings: Any) -> "Axes":
         """Draw it on axes, new ones where none are given, and return them.

@@ -131,7 +131,7 @@ def load(path: str | os.PathLike[str]) -> Any:
     """
     check_name(path)
     if os.fspath(path).lower().endswith((".fits", ".fits.gz")):
-        return import_module("kerrcaustics.images.counts").read_count_map(path)
+        return _kind("CountMap").from_fits(path)
     try:
         with reading(path, _LARGEST) as file, ZipFile(file) as archive:
             head = json.loads(read_head(archive))
