@@ -1,8 +1,10 @@
 """The explorer as a program of its own, a page of it in Debian's Chromium, and the page's script without a page."""
 
 import json
+import math
 import os
 import shutil
+import struct
 import subprocess
 import sys
 import time
@@ -10,6 +12,7 @@ from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -32,15 +35,38 @@ def needs_chromium():
 
 
 @contextmanager
-def served(*arguments):
-    """The address and the process of `kerrcaustics explore`."""
+def served(*arguments, before=None):
+    """The address and the process of `kerrcaustics explore`; before: a function that the process calls first."""
     command = [sys.executable, "-m", "kerrcaustics", "explore", "--no-browser", *arguments]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ)
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    process = subprocess.Popen(command, env=os.environ, preexec_fn=before, **pipes)
     try:
         yield process.stdout.readline().strip(), process
     finally:
         process.kill()
         process.communicate()
+
+
+def read(data):
+    """Record and arrays of an encoded message, read as the page reads them."""
+    assert data[:4] == b"KCX1"
+    (size,) = struct.unpack("<I", data[4:8])
+    record, body = json.loads(data[8 : 8 + size]), data[8 + size :]
+    arrays = {}
+    for name, place in record["arrays"].items():
+        count = math.prod(place["shape"])
+        kind = {"f4": "<f4", "u1": "u1"}[place["type"]]
+        arrays[name] = np.frombuffer(body, kind, count, place["offset"]).reshape(place["shape"])
+    return record, arrays
+
+
+def opened(address, **changes):
+    """A connection as a browser's page makes it, or with some of it changed."""
+    from websockets.sync.client import connect
+
+    given = {"token": address.query.split("=")[1], "origin": f"http://{address.netloc}", **changes}
+    host = {"additional_headers": {"Host": given["host"]}} if "host" in given else {}
+    return connect(f"ws://{address.netloc}/channel?token={given['token']}", origin=given["origin"], **host)
 
 
 @contextmanager

@@ -7,12 +7,9 @@ import math
 import os
 import re
 import signal
-import socket as sockets
 import stat
-import struct
 import subprocess
 import sys
-import threading
 import time
 from dataclasses import replace
 from importlib.metadata import version
@@ -21,7 +18,7 @@ from urllib.parse import parse_qsl, unquote, urlsplit
 
 import numpy as np
 import pytest
-from exploring import needs_server, served
+from exploring import needs_server, opened, read, served
 from packaging.version import Version
 from PIL import Image
 
@@ -39,19 +36,6 @@ from kerrcaustics.explorer.work import FIRST, Work
 from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge
 
 STATE = ExplorerState(spin=0.9, orders=2, theta=80.0, phi=250.0)
-
-
-def read(data):
-    """Record and arrays of an encoded message, read as the page reads them."""
-    assert data[:4] == b"KCX1"
-    (size,) = struct.unpack("<I", data[4:8])
-    record, body = json.loads(data[8 : 8 + size]), data[8 + size :]
-    arrays = {}
-    for name, place in record["arrays"].items():
-        count = math.prod(place["shape"])
-        kind = {"f4": "<f4", "u1": "u1"}[place["type"]]
-        arrays[name] = np.frombuffer(body, kind, count, place["offset"]).reshape(place["shape"])
-    return record, arrays
 
 
 def asked(want="star", **changes):
@@ -282,33 +266,6 @@ def address():
         yield urlsplit(address)
 
 
-def opened(address, **changes):
-    """A connection as a browser's page makes it, or with some of it changed."""
-    from websockets.sync.client import connect
-
-    given = {"token": address.query.split("=")[1], "origin": f"http://{address.netloc}", **changes}
-    host = {"additional_headers": {"Host": given["host"]}} if "host" in given else {}
-    return connect(f"ws://{address.netloc}/channel?token={given['token']}", origin=given["origin"], **host)
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"token": "guess"},
-        {"token": ""},
-        {"origin": "http://elsewhere"},
-        {"origin": None},
-        {"origin": "http://[::1"},
-        {"origin": "null"},
-    ],
-)
-def test_strangers_are_not_let_in(address, wrong):
-    from websockets.exceptions import InvalidStatus
-
-    with pytest.raises(InvalidStatus, match="403"):
-        opened(address, **wrong)
-
-
 def test_other_hosts_are_refused(address):
     for host, status in ((address.netloc, 200), (f"rebound.example:{address.port}", 421), ("", 421)):
         connection = http.client.HTTPConnection(address.hostname, address.port)
@@ -409,64 +366,6 @@ def test_interrupt_ends_it_at_once():
 def test_bad_input_is_refused(assert_refused, arguments, complaint):
     needs_server()
     assert_refused(["explore", "--no-browser", *arguments], complaint)
-
-
-def is_ended(socket):
-    """Whether the other side ends a connection within half a minute."""
-    socket.settimeout(30)
-    try:
-        while socket.recv(4096):
-            pass
-    except ConnectionResetError:
-        pass
-    except TimeoutError:
-        return False
-    return True
-
-
-@pytest.mark.parametrize(
-    "head", [b"", b"GET / HTTP/1.1\r\nHost: x\r\n", b"POST / HTTP/1.1\r\nContent-Length: 9\r\n\r\n"]
-)
-def test_connections_without_the_token_keep_nobody_out(address, head):
-    """Heads and bodies that do not end: the owner gets page and channel, and old connections are ended."""
-    strangers = [sockets.create_connection((address.hostname, address.port)) for _ in range(300)]
-    try:
-        for one in strangers:
-            one.sendall(head.replace(b"x", address.netloc.encode()))
-        connection = http.client.HTTPConnection(address.hostname, address.port, timeout=30)
-        connection.request("GET", "/")
-        assert connection.getresponse().status == 200
-        with opened(address) as socket:
-            assert read(socket.recv(timeout=30))[0]["kind"] == "greeting"
-        assert is_ended(strangers[0])
-    finally:
-        for one in strangers:
-            one.close()
-
-
-def test_connections_without_the_token_last_for_a_while(monkeypatch):
-    needs_server()
-    from kerrcaustics.explorer.server import listening, server
-
-    monkeypatch.setattr("kerrcaustics.explorer.server.PATIENCE", 0.3)
-    opened_at = listening("127.0.0.1", 0)
-    port = opened_at.getsockname()[1]
-    running = server("127.0.0.1", port, "token")
-    thread = threading.Thread(target=lambda: running.run(sockets=[opened_at]), daemon=True)
-    thread.start()
-    try:
-        one = sockets.create_connection(("127.0.0.1", port), timeout=30)
-        one.sendall(b"GET / HTTP/1.1\r\n")
-        assert is_ended(one)
-        # Whoever has shown it stays.
-        with opened(urlsplit(f"http://127.0.0.1:{port}/?token=token")) as socket:
-            socket.recv(timeout=30)
-            time.sleep(0.6)
-            socket.send("garbage")
-            assert read(socket.recv(timeout=30))[0]["kind"] == "refusal"
-    finally:
-        running.should_exit = True
-        thread.join(30)
 
 
 def test_the_token_is_for_the_user_alone(tmp_path):

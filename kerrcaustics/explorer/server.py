@@ -9,18 +9,16 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager, contextmanager, suppress
 from dataclasses import dataclass, field
 from time import monotonic
-from typing import cast
 
-import h11
 import uvicorn
 from starlette.applications import Starlette
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
-from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from kerrcaustics.explorer.answers import LONGEST_QUESTION, Question, greeting, question, refusal
+from kerrcaustics.explorer.connections import Channel, Requests, Strangers, warns_once
 from kerrcaustics.explorer.page_data import QUALITIES
 from kerrcaustics.explorer.page_script import script
 from kerrcaustics.explorer.state import PAGE
@@ -48,8 +46,6 @@ _RATE, _BURST = 250.0, 500.0
 _WORKERS = 2
 # Reasons to close a socket: broken rules, too many clients.
 _POLICY, _LATER = 1008, 1013
-# Seconds for a page with all its files; how many connections at a time.
-PATIENCE, MOST_STRANGERS = 20.0, 128
 _LOCAL_NAMES = ("localhost", "127.0.0.1", "::1")
 
 
@@ -105,8 +101,9 @@ class Explorer:
         self.app = Starlette(routes=[*files, *channel], lifespan=self._life, exception_handlers=lost)
 
     @asynccontextmanager
-    async def _life(self, _app: Starlette) -> AsyncIterator[None]:
-        yield
+    async def _life(self, _app: Starlette) -> AsyncIterator[dict[str, Strangers]]:
+        asyncio.get_running_loop().set_exception_handler(warns_once())
+        yield {"strangers": Strangers()}
         self._pool.shutdown(wait=False, cancel_futures=True)
 
     def _is_own_host(self, connection: HTTPConnection) -> bool:
@@ -205,39 +202,6 @@ async def _reports(client: _Client, work: Work) -> None:
         await asyncio.sleep(PAUSE)
 
 
-class Stranger(H11Protocol):
-    """A connection over HTTP without the token, ended `PATIENCE` seconds after it began, however far its request is.
-
-    New ones take the place of old ones. Clients with the token speak over a WebSocket, which does not count among them.
-    So the number of other connections, open or half open, keeps no client out.
-    """
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:  # type: ignore[override]
-        """Let it last for a while, in the place of the oldest one where there are too many."""
-        super().connection_made(cast(asyncio.Transport, transport))
-        self._began = self.loop.time()
-        self._deadline = self.loop.call_later(PATIENCE, self._end)
-        strangers = [one for one in self.connections if isinstance(one, Stranger)]
-        if len(strangers) > MOST_STRANGERS:
-            min(strangers, key=lambda one: one._began)._end()
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        """Forget it."""
-        self._deadline.cancel()
-        super().connection_lost(exc)
-
-    def handle_websocket_upgrade(self, event: h11.Request) -> None:
-        """Hand it on: a WebSocket is closed at once where its token is not the right one."""
-        self._deadline.cancel()
-        super().handle_websocket_upgrade(event)
-
-    def _end(self) -> None:
-        self._deadline.cancel()
-        # It is lost a moment later, and must not be counted till then.
-        self.connections.discard(self)
-        self.transport.abort()
-
-
 class _Server(uvicorn.Server):
     """Leaves Ctrl-C to the command line, which ends at once."""
 
@@ -294,8 +258,9 @@ def server(host: str, port: int, token: str) -> uvicorn.Server:
         Explorer(own_names(host, port), token).app,
         log_level="critical",
         access_log=False,
-        http=Stranger,
-        ws="websockets-sansio",
+        backlog=MOST_CLIENTS,
+        http=Requests,
+        ws=Channel,
         ws_max_size=2 * LONGEST_QUESTION,
         ws_max_queue=16,
         ws_per_message_deflate=False,
