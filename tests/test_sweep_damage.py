@@ -1,6 +1,7 @@
 """Stores of sweeps that are damaged, file by file, and stores that several sweeps begin at once."""
 
 import random
+import shutil
 import threading
 from multiprocessing import get_context
 
@@ -46,6 +47,44 @@ def test_what_is_damaged_is_mended(harm, tmp_path, scene, good):
     assert (result.before, result.damaged) == (4, 2)
     assert files(path) == files(good)
     assert kc.sweep(scene, path).mended == ()
+
+
+@pytest.mark.parametrize("name", ["caustic_area", "digest"])
+def test_a_sound_chunk_of_another_place_or_scene_is_computed_again(name, tmp_path, scene, good):
+    other = kc.read_scene(written(tmp_path, PLAIN.replace("[0.5, 0.9]", "[0.5, 0.8]"), "other.toml"))
+    kc.sweep(other, tmp_path / "other.zarr")
+    for source in (good / name / "c/0/0/0", tmp_path / "other.zarr" / name / "c/1/0/0"):
+        path = restored(good, tmp_path / "s.zarr")
+        suffix = "/0" if (path / name / "c/1/0/0").is_dir() else ""
+        shutil.copy(f"{source}{suffix}", f"{path / name / 'c/1/0/0'}{suffix}")
+        result = kc.sweep(scene, path)
+        assert result.damaged == 2 and files(path) == files(good)
+
+
+def test_chunks_of_a_whole_block_of_another_place_are_computed_again(tmp_path, scene, good):
+    path = restored(good, tmp_path / "s.zarr")
+    for block in path.glob("*/c/1/0"):
+        shutil.rmtree(block)
+        shutil.copytree(block.parents[1] / "0" / "0", block)
+    assert kc.sweep(scene, path).damaged == 2
+    assert files(path) == files(good)
+
+
+@pytest.mark.parametrize("workers", [None, pytest.param(1, marks=pytest.mark.slow)])
+def test_a_store_that_is_moved_while_a_sweep_runs_is_named_so(workers, tmp_path):
+    """Nothing is left in its place, and the sweep goes on where the store is."""
+    path, elsewhere = tmp_path / "s.zarr", tmp_path / "elsewhere.zarr"
+    points = kc.read_scene(written(tmp_path, PLAIN.replace("[0.5, 0.9]", "[0.5, 0.6, 0.7, 0.8, 0.9]"), "long.toml"))
+
+    def moves(_what, part):
+        if part > 0.2 and path.exists():
+            path.rename(elsewhere)
+
+    with pytest.raises(ValueError, match=r"^The store .+ was moved or removed while the sweep was running\. Start"):
+        kc.sweep(points, path, workers=workers, progress=moves)
+    assert not path.exists()
+    result = kc.sweep(points, elsewhere)
+    assert 0 < result.before < 15 and not result.damaged
 
 
 @pytest.mark.slow

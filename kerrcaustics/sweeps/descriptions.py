@@ -35,6 +35,7 @@ REASON = 160
 _ROOT = "zarr.json"
 _STATUS = Quantity("status", (), "1", "0 not computed, 1 done, 2 failed", "int8")
 _REASONS = Quantity("reason", ("byte",), "1", "why a point failed: UTF-8, padded with zeros", "uint8")
+DIGEST = Quantity("digest", (), "1", "hash of the scene, the place and all values of the point", "uint64")
 _UNITS = {"spin": "1", "radius": "GM/c^2", "inclination": "degrees"}
 # An unfinished store, beside the finished one.
 _UNFINISHED = ".new"
@@ -75,6 +76,19 @@ def no_store(path: Path) -> ValueError:
     return ValueError(f"Argument `path` must name the store of a sweep, or what is not there yet, but {path} is none.")
 
 
+def root(path: Path) -> Path:
+    """The file without which a folder is no store."""
+    return path / _ROOT
+
+
+def moved(path: Path) -> ValueError:
+    """The error for a store that vanishes from its path while a sweep writes to it."""
+    return ValueError(
+        f"The store {path} was moved or removed while the sweep was running. Start the sweep again with its new name: "
+        "finished blocks are kept."
+    )
+
+
 def scene_of(path: Path, scene: Scene) -> Scene:
     """Return the scene of the store at `path`, which is `scene` but for its title.
 
@@ -82,7 +96,7 @@ def scene_of(path: Path, scene: Scene) -> Scene:
     """
     attributes, mask = _attributes(path / _ROOT), _attributes(path / _STATUS.name / _ROOT)
     if not attributes or attributes.get("checksum") != _checksum(attributes):
-        if mask.get("mark") == _mark(scene):
+        if mask.get("mark") == mark_of(scene):
             return scene
         _check_schema(path, attributes, mask)
         raise ValueError(
@@ -141,7 +155,7 @@ def _attributes(path: Path) -> dict[str, Any]:
     return {}
 
 
-def _mark(scene: Scene) -> str:
+def mark_of(scene: Scene) -> str:
     """A hash of all that the numbers of a store depend on."""
     return _hash({**scene.record(), "title": "", "version": version("kerrcaustics")})
 
@@ -184,8 +198,9 @@ def _create_arrays(group: zarr.Group, scene: Scene) -> None:
     for variable in variables(scene):
         sizes = tuple(len(coordinates[dim]) for dim in variable.dims)
         _create_array(group, scene, variable, sizes, blank_of(variable.dtype))
-    _create_array(group, scene, _STATUS, (), 0, mark=_mark(scene))
+    _create_array(group, scene, _STATUS, (), 0, mark=mark_of(scene))
     _create_array(group, scene, _REASONS, (REASON,), 0)
+    _create_array(group, scene, DIGEST, (), 0)
 
 
 def blank_of(dtype: str) -> float:

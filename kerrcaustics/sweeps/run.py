@@ -14,7 +14,7 @@ from kerrcaustics.results.progress import Progress, report, with_progress
 from kerrcaustics.spacetime.checks import instance_of
 from kerrcaustics.sweeps.quantities import computed
 from kerrcaustics.sweeps.scene import AXES, Scene, checked
-from kerrcaustics.sweeps.store import DAMAGED, KEPT, Block, Store, store_at
+from kerrcaustics.sweeps.store import DAMAGED, KEPT, Block, Store, opened_again, store_at
 from kerrcaustics.workers.places import check_answer, check_place, place
 from kerrcaustics.workers.worker_failures import Compute, Finished, WorkerFailures
 
@@ -124,7 +124,7 @@ def _states(store: Store, retry: bool) -> dict[Block, str]:
 
 def compute_block(path: str, block: Block) -> None:
     """Compute the points of a block and store them: the work of a worker."""
-    store = Store(Path(path))
+    store = opened_again(Path(path))
     values = dict(zip(AXES, (store.scene.values(axis) for axis in AXES), strict=True))
     spin, inclination = float(values["spin"][block.spin]), float(values["inclination"][block.inclination])
     points: list[dict[str, np.ndarray] | str] = []

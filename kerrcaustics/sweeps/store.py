@@ -1,13 +1,15 @@
 """The store of a sweep: one zarr store (version 3), a chunk for a block of points, and a mask of finished ones.
 
-A block's chunks are written one after the other, each in one go, the mask last: a block is done if the mask marks it
-and all its chunks can be read. Every chunk carries a checksum; the other files follow from the scene, and are mended
-when a store is opened (descriptions.py). The numbers of a point depend on the point alone, so that a store ends up the
-same to the bit wherever and however often the sweep was interrupted.
+A block's chunks are written one after the other, each in one go, the mask last: a block is done if the mask marks it,
+all its chunks can be read, and the digests of its points are theirs. Every chunk carries a checksum; a digest tells
+a chunk of another place or another scene. The other files follow from the scene, and are mended when a store is opened
+(descriptions.py). The numbers of a point depend on the point alone, so that a store ends up the same to the bit
+wherever and however often the sweep was interrupted.
 """
 
+import hashlib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,7 +20,7 @@ import zarr
 from kerrcaustics.files import locked, make_room
 from kerrcaustics.results.declared import Quantity
 from kerrcaustics.sweeps import descriptions
-from kerrcaustics.sweeps.descriptions import REASON, blank_of, block_size
+from kerrcaustics.sweeps.descriptions import DIGEST, REASON, blank_of, block_size, mark_of
 from kerrcaustics.sweeps.quantities import dimensions, variables
 from kerrcaustics.sweeps.scene import AXES, Scene
 
@@ -80,9 +82,9 @@ class Store:
                 part.unlink(missing_ok=True)
 
     def state(self, block: Block, retry: bool = False) -> str:
-        """KEPT if the mask marks the block as done, and every chunk of it can be read.
+        """KEPT if the mask marks the block as done, and every chunk of it can be read and belongs to it.
 
-        Else OPEN, also if a point failed that is to be tried again; DAMAGED if a chunk cannot be read.
+        Else OPEN, also if a point failed that is to be tried again; DAMAGED if a chunk cannot be read, or is another's.
         """
         try:
             if not self._chunk("status", block).is_file():
@@ -90,8 +92,10 @@ class Store:
             status = self._read("status", block)
             if (status == WAITING).any() or (retry and (status == FAILED).any()):
                 return OPEN
-            for name in (*(variable.name for variable in self._variables), "reason"):
-                self._read(name, block)
+            names = (*(variable.name for variable in self._variables), "reason")
+            values = {"status": status, **{name: self._read(name, block) for name in names}}
+            if not np.array_equal(self._read(DIGEST.name, block), self._digests(block, values)):
+                return DAMAGED
         except Exception:
             # For any damage of a chunk, its block is computed again.
             return DAMAGED
@@ -101,16 +105,20 @@ class Store:
         """Store the points of a block: values, or the reason if there are none. The mask is written last."""
         shape = [part.stop - part.start for part in block.region]
         status = np.array([FAILED if isinstance(point, str) else DONE for point in points], np.int8).reshape(shape)
+        values = {}
         for variable in self._variables:
-            values = [_blank(variable, self.scene) if isinstance(p, str) else p[variable.name] for p in points]
-            stacked = np.stack([np.asarray(v, variable.dtype) for v in values])
-            self._put(variable.name, block, stacked.reshape(*shape, *stacked.shape[1:]))
+            each = [_blank(variable, self.scene) if isinstance(p, str) else p[variable.name] for p in points]
+            stacked = np.stack([np.asarray(v, variable.dtype) for v in each])
+            values[variable.name] = stacked.reshape(*shape, *stacked.shape[1:])
         reasons = np.array([p.encode()[:REASON] if isinstance(p, str) else b"" for p in points], f"S{REASON}")
-        self._put("reason", block, reasons.view(np.uint8).reshape(*shape, REASON))
-        self._put("status", block, status)
+        values["reason"] = reasons.view(np.uint8).reshape(*shape, REASON)
+        digests = self._digests(block, {"status": status, **values})
+        for name, array in {**values, DIGEST.name: digests, "status": status}.items():
+            self._put(name, block, array)
 
     def failures(self) -> list[str]:
         """A line for every point that failed: its place, and the reason."""
+        _check_in_place(self.path)
         status, reason = self._array("status")[...], self._array("reason")[...]
         values = [self.scene.values(axis) for axis in AXES]
         lines = []
@@ -120,13 +128,34 @@ class Store:
             lines.append(f"spin {spin:.12g}, radius {radius:.12g}, inclination {inclination:.12g}: {text}")
         return lines
 
+    def _digests(self, block: Block, values: dict[str, Array]) -> Array:
+        """A hash of the scene, the place and all values of each point of a block."""
+        mark, first = mark_of(self.scene), [part.start for part in block.region]
+        plain = [
+            np.ascontiguousarray(values[name]).astype(values[name].dtype.newbyteorder("<")) for name in sorted(values)
+        ]
+        digests = np.zeros(values["status"].shape, DIGEST.dtype)
+        for place in np.ndindex(*digests.shape):
+            hashed = hashlib.sha256(f"{mark} {np.add(first, place).tolist()}".encode())
+            for array in plain:
+                hashed.update(array[place].tobytes())
+            digests[place] = int.from_bytes(hashed.digest()[:8], "little")
+        return digests
+
     def _array(self, name: str) -> Any:
         # Blank chunks are written too, so that a missing chunk is a lost one.
         return self._group[name].with_config({"write_empty_chunks": True})  # pyright: ignore
 
     def _put(self, name: str, block: Block, values: Array) -> None:
-        make_room(self._chunk(name, block))
-        self._array(name)[block.region] = values
+        _check_in_place(self.path)
+        chunk = self._chunk(name, block)
+        try:
+            make_room(chunk)
+            self._array(name)[block.region] = values
+        finally:
+            if not descriptions.root(self.path).is_file():
+                _withdraw(chunk, self.path)
+                raise descriptions.moved(self.path)
 
     def _read(self, name: str, block: Block) -> Array:
         # A missing chunk would be read as blanks.
@@ -160,6 +189,25 @@ def store_at(path: Path, scene: Scene) -> Iterator[Store]:
         store = Store(path, mended)
         store.clean()
         yield store
+
+
+def opened_again(path: Path) -> Store:
+    """The store of a sweep that is running, for a worker; a ValueError if it is no longer there."""
+    _check_in_place(path)
+    return Store(path)
+
+
+def _check_in_place(path: Path) -> None:
+    if not descriptions.root(path).is_file():
+        raise descriptions.moved(path)
+
+
+def _withdraw(chunk: Path, path: Path) -> None:
+    """Remove a chunk that was written where a store has been, and its folders if they are empty."""
+    chunk.unlink(missing_ok=True)
+    with suppress(OSError):
+        for folder in chunk.parents[: len(chunk.relative_to(path).parts)]:
+            folder.rmdir()
 
 
 def _blank(variable: Quantity, scene: Scene) -> Array:
