@@ -5,15 +5,15 @@ Aberration
 The paint swatches of the figure checkerboard, in the projection of its panel (b), seen by three cameras at one place, r
 = 2.6 on the equator of a hole of spin 0.999: on a circular orbit; at rest with respect to the fiducial observer, which
 the circular camera sees move backward at 0.546 of the speed of light; and at rest in Boyer-Lindquist coordinates
-(static), which it sees move backward at 0.813. The red and black dot is the direction of the orbital motion. Remakes
-JTFT figure 12.
+(static), which it sees move backward at 0.813. The red and black dot is the direction in which it sees the other two
+move, away from the right part of the shadow. Remakes JTFT figure 12.
 
 The paper's: hole, cameras, their velocities, the lensed swatches, the dot. Ours: the projection, longitude and latitude
 about the direction in which the circular camera sees the middle of the shadow, the same on all three skies; and the
 critical curves. All three see the same rays, so their pictures differ by aberration alone, which is exact here: the
-faster a camera moves to the right, the more the sky crowds together there, and the smaller the shadow, most of which
-lies on that side. For the three cameras it covers 0.45, 0.87 and 1.24 times the area of half the sky. The caustics on
-the celestial sphere are the same for all three.
+faster a camera moves toward the dot, the more the sky crowds together there, and the larger the shadow, most of which
+lies on the other side. For the three cameras it covers 0.45, 0.87 and 1.24 times the area of half the sky. The caustics
+on the celestial sphere are the same for all three.
 
 The flat edge of the shadow has a notch for the fiducial camera, within 27.0 degrees of the equatorial plane, and for
 the static one, within 22.0 degrees: there the edge bends toward the shadow, and at the plane lies 2.8 and 4.7 degrees
@@ -41,7 +41,8 @@ SKY = kc.skies.Checkerboard(rows=15, columns=32, colours=HUES, along="longitude"
 # Toward the middle of the shadow of the circular camera, as in the checkerboard's figure.
 MIDDLE = kc.pictures.View.toward_hole(kc.Camera(SPIN, RADIUS), 960, 480, 1.0)
 VIEW = kc.pictures.View(960, 480, 2 * math.pi, "equirectangular", MIDDLE.forward, MIDDLE.up)
-FORWARD, EDGE_POINTS = np.array([0.0, 1.0, 0.0]), 4000
+# Of the fiducial and the static camera, as the circular one sees them.
+MOTION, EDGE_POINTS = np.array([0.0, -1.0, 0.0]), 4000
 
 
 def main(output: Path) -> list[Path]:
@@ -61,13 +62,20 @@ def main(output: Path) -> list[Path]:
 
 
 def seen(ax: Axes, camera: kc.Camera) -> Axes:
-    """The swatches as a camera sees them, critical curves, and the directions along its motion."""
+    """The swatches as a camera sees them, critical curves, and the direction of motion."""
     picture = kc.pictures.tone_mapped(kc.render(camera, VIEW, SKY).light, exposure=1.0)
     show_picture(ax, VIEW, picture)
     show_critical_curves(ax, VIEW, kc.caustics(camera, orders=3), linewidth=0.8)
     look = {"markersize": 8, "color": "red", "markeredgecolor": "black", "markeredgewidth": 2.0, "linestyle": "none"}
     look["path_effects"] = [withStroke(linewidth=4.0, foreground="white")]
-    ax.plot(*VIEW.pixels(FORWARD), marker="o", label="orbital motion", scalex=False, scaley=False, **look)
+    ax.plot(
+        *VIEW.pixels(MOTION),
+        marker="o",
+        label="motion of the other two",
+        scalex=False,
+        scaley=False,
+        **look,
+    )
     ends = notch(kc.shadow_edge(camera, EDGE_POINTS))
     if len(ends):
         look = {"marker": "D", "markersize": 5, "color": "white", "markeredgecolor": "black", "linestyle": "none"}

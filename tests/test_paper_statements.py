@@ -8,7 +8,7 @@ import pytest
 import kerrcaustics as kc
 from kerrcaustics.draw.projection import azimuthal_equidistant, unrolled_places, view_axes
 from kerrcaustics.draw.tracks import stretches
-from kerrcaustics.scripts import FIGURES
+from kerrcaustics.scripts import FIGURES, HOME
 
 NEAR, FAR = kc.Camera(0.999, 2.6), kc.Camera(0.999, 6.03)
 # The star of figures 5 and 6, 18 degrees above the plane (following JTFT, whose polar angle of 0.608 pi grows upward),
@@ -133,6 +133,25 @@ def test_motion_blur_of_a_camera_that_circles_needs_no_more_beams():
     assert kc.render(camera, view, sky, motion=circling).beams == still
     falling = kc.pictures.ShutterMotion(*zip(figure.seen(-0.5), figure.seen(0.5), strict=True))
     assert kc.render(camera, view, sky, motion=falling).beams / still == pytest.approx(11.7, abs=1.0)
+
+
+def test_dot_of_figure_12_is_the_motion_of_the_other_cameras():
+    """Backward as the circular camera sees it, away from the shadow's right part; the page says so."""
+    dot = FIGURES.load("aberration").MOTION
+    orbit = NEAR.fido_velocity()[2]
+    for velocity, speed in (("fiducial", 0.546), ("static", 0.813)):
+        own = kc.Camera(NEAR.spin, NEAR.radius, velocity=velocity).fido_velocity()[2]
+        # A camera's sky has its second axis along the orbital motion.
+        past = np.array([0.0, (own - orbit) / (1 - own * orbit), 0.0])
+        np.testing.assert_allclose(past, speed * dot, atol=5e-4)
+    # All of that camera's shadow lies ahead of it.
+    assert (kc.shadow_edge(NEAR, 360) @ dot).max() < 0
+
+
+def test_second_disk_of_figure_15_is_on_the_page_of_disks():
+    _, (inner, outer, _) = FIGURES.load("disk_shifts").DISKS
+    text = (HOME / "docs" / "disks.md").read_text(encoding="utf-8")
+    assert "gallery/disk_shifts" in text and f"rims at $r = {inner}$ and ${outer}$" in text
 
 
 @pytest.mark.parametrize(("velocity", "part"), [("static", 1.24), ("fiducial", 0.87), ("circular", 0.45)])
