@@ -168,6 +168,34 @@ def test_limb_darkening_is_a_sum_over_rings():
     assert abs(dark.total - rings) < 4e-3 * rings
 
 
+@pytest.mark.slow
+def test_profile_with_a_step_is_a_smaller_disc():
+    star, size = (1.77, -1.07), 0.02
+    half = kc.magnification(CAMERA, star, size / 2, max_index=1)
+    stepped = kc.magnification(CAMERA, star, size, max_index=1, profile=lambda s: 1.0 * (s < 0.5))
+    assert half.certified and stepped.certified
+    assert abs(stepped.total - half.total) < stepped.error + half.error
+    assert 0 < stepped.error < 2e-6 * half.total
+    for k, share in half.per_index.items():
+        assert abs(stepped.per_index[k] - share) < stepped.per_index_error[k] + half.per_index_error[k]
+
+
+@pytest.mark.slow
+def test_steep_and_narrow_profiles_on_a_cusp():
+    camera, size = kc.Camera(0.9, 10.0, 1.2, "fiducial"), 0.04
+    cusp = kc.caustics(camera, orders=2)[1].cusps[0].celestial
+    star, half = (cusp[0], cusp[1] % (2 * math.pi)), kc.magnification(camera, cusp, size / 2)
+    # A step at half the radius is the disc of half the size; the smooth step, the mean of discs about as large.
+    for profile, margin in ((lambda s: 1.0 * (s < 0.5), 0.0), (lambda s: 1 / (1 + np.exp((s - 0.5) / 0.02)), 1e-3)):
+        steep = kc.magnification(camera, star, size, profile=profile)
+        assert steep.certified and 0 < steep.error < 1e-5
+        assert abs(steep.total - half.total) < steep.error + half.error + margin
+    narrow = kc.magnification(camera, star, size, profile=("gaussian", 0.2))
+    assert narrow.certified and 0 < narrow.error < 1e-5
+    # From 57 radii, another time.
+    assert abs(narrow.total - 0.94260369) < 1e-8 + narrow.error
+
+
 DISCS = [
     (CAMERA, (1.2, 0.7), 0.1, 2),
     (CAMERA, (1.2, 2.7), 0.1, 2),
@@ -228,6 +256,16 @@ def test_bad_arguments_are_one_line(changes, words):
     with pytest.raises(ValueError) as error:
         kc.magnification(CAMERA, **arguments)
     assert words in str(error.value) and "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.4])
+def test_images_of_infinite_size_on_a_screen_are_refused(offset):
+    """A ray straight away from a hole without spin ends at the polar angle of the Observer."""
+    viewer = kc.Observer(spin=0.0, inclination=0.67, radius=100.0)
+    for size in (offset + 1e-6, offset + 0.5):
+        with pytest.raises(ValueError, match=r"^Argument `source` must lie farther than `size` from") as raised:
+            kc.magnification(viewer, (0.67 + offset, 0.0), size)
+        assert "\n" not in str(raised.value) and "take a Camera" in str(raised.value)
 
 
 @pytest.mark.slow

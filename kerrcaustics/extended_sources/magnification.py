@@ -1,26 +1,26 @@
 """The magnification of a source of finite size: finite at caustics, where that of a point is not."""
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
-from jaxtyping import Float
-from numpy.polynomial import legendre
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.ends import End, EquatorialPlane, Wherever, end_of
+from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.extended_sources.area import Weight
 from kerrcaustics.extended_sources.measured import kinks, measured, sphere_scale
 from kerrcaustics.extended_sources.measured_disc import MeasuredDisc, outline_of
+from kerrcaustics.extended_sources.nested_discs import RoundSource, integrated
+from kerrcaustics.extended_sources.patches import Disc
 from kerrcaustics.extended_sources.profiles import Brightness, Profile, checked_profile
 from kerrcaustics.images.images import checked_index, checked_place, direct_remarks
 from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
-from kerrcaustics.results.progress import Progress, in_steps, with_progress
+from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import quoted, real_number
 from kerrcaustics.spacetime.frame import redshift
+from kerrcaustics.spacetime.observer import Observer
 from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
@@ -30,9 +30,8 @@ Array = np.ndarray
 _LEAST, _LARGEST = 1e-8, 3.1
 # The largest of one in the plane, as a part of the distance of its centre from the horizon.
 _LARGEST_PART = 0.99
-# Radii in each range between those at which the limb touches a caustic.
-_RADII, _RADII_WEIGHTS = legendre.leggauss(8)
-_SERIES = np.linalg.inv(legendre.legvander(_RADII, len(_RADII) - 1))
+# Wanted error of the sum over radii of a source that is not uniform, a part of its light.
+_WANTED = 1e-6
 
 
 @result("limb-image/1", record="area error round_hole sky index")
@@ -133,7 +132,7 @@ def magnification(
     profile : str, tuple or function
         Brightness from the centre to the limb: "uniform"; ("linear", u) or ("quadratic", u1, u2), limb darkening with
         these coefficients; ("gaussian", width), with the standard deviation (at least 0.2) in radii of the source, cut
-        off at the limb; or a function of the distance from the centre in radii, smooth as a function of its arcsine.
+        off at the limb; or a function of arrays of the distance from the centre in radii, which may have steps.
     max_index : int
         0 to 6: highest Morse index of the images.
     power : float
@@ -162,8 +161,8 @@ def magnification(
     ------
     `Magnification.error`: the distance of the curves from the images of the limb, and the errors of the beams, over the
     whole length of the curves. Small sources need beams of small error: the error grows as 1 / size. For non-uniform
-    profiles, also the error of the sum over radii. Images of a higher index than `max_index` are part neither of
-    `total` nor of its error.
+    profiles, also the errors of the sum over radii, for which 1e-6 of the light is aimed at, and of the polynomials
+    that stand for the profile. Images of a higher index than `max_index` are part neither of `total` nor of its error.
 
     Notes
     -----
@@ -189,6 +188,7 @@ def magnification(
     angle, brightness = _checked_size(size, place, viewer, surface), checked_profile(profile)
     centre = surface.vectors(np.array([place]))[0]
     weight = _weight(power, viewer, surface)
+    _check_finite(viewer, Disc(surface, centre, angle))
     whole = measured(viewer, surface, centre, angle, highest, weight)
     disc = whole if brightness.is_uniform else _graded(viewer, surface, centre, whole, brightness, weight)
     per_solid_angle = 1 / disc.solid_angle
@@ -215,6 +215,20 @@ def magnification(
     )
 
 
+def _check_finite(viewer: Viewer, disc: Disc) -> None:
+    """Raise ValueError if the disc is seen at infinite (alpha, beta): in the direction away from the hole."""
+    if not isinstance(viewer, Observer) or math.isinf(viewer.radius):
+        return
+    ray = trace_beams(viewer, np.array([[1.0, 0.0, 0.0]]), end=disc.surface.bare(), crossings=False, redshift=False)
+    (height,) = disc.height(disc.surface.ends(ray))
+    if height <= float(ray.error[0]) * np.max(disc.surface.scale(ray)):
+        raise ValueError(
+            "Argument `source` must lie farther than `size` from the place that an Observer sees in the direction away "
+            "from the hole, whose image on the screen is infinitely large, but lies "
+            f"{disc.size + height:.6g} from it; take a Camera at this radius."
+        )
+
+
 def _graded(
     viewer: Viewer,
     surface: End,
@@ -223,71 +237,34 @@ def _graded(
     brightness: Brightness,
     weight: Weight | None,
 ) -> MeasuredDisc:
-    """The sum over uniform discs: I(1) A(1) - integral of I'(x) A(x) dx, with the radius sin x of the disc.
+    """The same disc with a brightness that is not uniform, as a sum over uniform discs."""
+    index, angle = len(whole.shares) - 1, whole.angle
+    touching, remarks = kinks(viewer, surface, centre, angle, index), list(whole.remarks)
 
-    The area has a kink where the limb touches a caustic: the range is divided there, and nodes crowd there.
-    """
-    index = len(whole.shares) - 1
-    radii = kinks(viewer, surface, centre, whole.angle, index)
-    x, share = _nodes(np.concatenate([[0.0], np.arcsin(radii / whole.angle), [math.pi / 2]]))
-    discs = [
-        measured(viewer, surface, centre, whole.angle * math.sin(one), index, weight, nested=True)
-        for one in in_steps("radius", x.ravel().tolist())
-    ]
-    share = -share * brightness.slope(x.ravel()).reshape(x.shape)
+    def columns(disc: MeasuredDisc) -> tuple[Array, Array]:
+        """Area, shares and moment, and their errors; that of the moment is not needed."""
+        values = np.array([disc.area, *disc.shares, *disc.moment])
+        return values, np.array([disc.error, *disc.share_errors, *np.zeros(len(disc.moment))])
 
-    def summed(get: Callable[[MeasuredDisc], ArrayLike]) -> tuple[Array, Array]:
-        """A sum over radii, and its error."""
-        values = np.array([get(disc) for disc in discs]).reshape(*x.shape, -1)
-        integral, error = _integrals(share[..., None] * values)
-        return integral + brightness.at_limb * np.atleast_1d(get(whole)), error
+    def nested(x: float) -> tuple[Array, Array]:
+        disc = measured(viewer, surface, centre, angle * math.sin(x), index, weight, nested=True)
+        remarks.extend(disc.remarks)
+        return columns(disc)
 
-    def worst(get: Callable[[MeasuredDisc], ArrayLike]) -> Array:
-        """The sum of errors over radii."""
-        values = np.array([get(disc) for disc in discs]).reshape(*x.shape, -1)
-        own = (np.abs(share[..., None]) * values * _RADII_WEIGHTS[:, None]).sum(axis=(0, 1))
-        return own + brightness.at_limb * np.atleast_1d(get(whole))
-
-    area, off = summed(lambda disc: disc.area)
-    shares, shares_off = summed(lambda disc: disc.shares)
-    remarks = dict.fromkeys([*whole.remarks, *(remark for disc in discs for remark in disc.remarks)])
+    source = RoundSource(angle, len(centre) == 2, brightness)
+    wanted = np.full(len(columns(whole)[0]), math.inf)
+    wanted[: index + 2] = _WANTED * whole.area * source.light / whole.solid_angle
+    light, error = integrated(nested, columns(whole), source, np.arcsin(touching / angle), wanted)
     return replace(
         whole,
-        solid_angle=float(summed(lambda disc: disc.solid_angle)[0][0]),
-        area=float(area[0]),
-        error=float((worst(lambda disc: disc.error) + off)[0]),
-        shares=shares,
-        share_errors=worst(lambda disc: disc.share_errors) + shares_off,
-        moment=summed(lambda disc: disc.moment)[0],
-        remarks=tuple(remarks),
+        solid_angle=source.light,
+        area=float(light[0]),
+        error=float(error[0]),
+        shares=light[1 : index + 2],
+        share_errors=error[1 : index + 2],
+        moment=light[index + 2 :],
+        remarks=tuple(dict.fromkeys(remarks)),
     )
-
-
-def _nodes(ends: Float[Array, " ends"]) -> tuple[Float[Array, "ranges nodes"], Float[Array, "ranges nodes"]]:
-    """Nodes in the ranges between ends, closer to the inner ones of these by squares, and dx by that of the rule."""
-    ranges = []
-    for i, (low, high) in enumerate(pairwise(ends)):
-        part, rate = (1 + _RADII) / 2, np.full(len(_RADII), 0.5)
-        first, last = i > 0, i < len(ends) - 2
-        if first and last:
-            part, rate = np.sin(math.pi / 2 * part) ** 2, rate * math.pi / 2 * np.sin(math.pi * part)
-        elif first:
-            part, rate = part**2, 2 * part * rate
-        elif last:
-            part, rate = 1 - (1 - part) ** 2, 2 * (1 - part) * rate
-        ranges.append((low + (high - low) * part, (high - low) * rate))
-    return np.array([x for x, _ in ranges]), np.array([rate for _, rate in ranges])
-
-
-def _integrals(
-    values: Float[Array, "ranges nodes columns"],
-) -> tuple[Float[Array, " columns"], Float[Array, " columns"]]:
-    """Integrals of columns, and their errors: of series that go on to fall as they have fallen."""
-    series = np.abs(np.einsum("kn,rnc->rkc", _SERIES, values))
-    last, largest = series[:, -2:].max(axis=1), series.max(axis=1)
-    # The rule is exact up to about twice the degree of the series.
-    error = last * (last / np.where(largest == 0, 1, largest)) ** 1.5
-    return np.einsum("n,rnc->c", _RADII_WEIGHTS, values), error.sum(axis=0)
 
 
 def _images(viewer: Viewer, surface: End, disc: MeasuredDisc) -> tuple[LimbImage, ...]:

@@ -74,12 +74,16 @@ def measured(
 def kinks(
     viewer: Viewer, surface: End, centre: Float[np.ndarray, " axes"], angle: float, max_index: int
 ) -> Float[np.ndarray, " radii"]:
-    """Approximate radii of smaller discs whose limb touches a caustic: the area of the images is not smooth there."""
+    """Approximate radii of smaller discs whose limb touches a caustic: the area of the images is not smooth there.
+
+    Radii next to 0 or to that of the disc count as these.
+    """
     if certificate_of(surface, viewer, max_index).follows:
         radii = touching_radii(sheets_of(viewer, max_index, surface), centre, angle)
     else:
         radii = touching_radii_on_charts(viewer, surface, centre, angle, max_index)
-    radii = radii[(radii > _APART * angle) & (radii < (1 - _APART) * angle)]
+    radii = radii[radii < (1 + _APART) * angle]
+    radii = np.select([radii < _APART * angle, radii > (1 - _APART) * angle], [0.0, angle], radii)
     return radii[np.concatenate([[True], np.diff(radii) > _APART * angle])[: len(radii)]]
 
 

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from kerrcaustics.curves.critical_curves import CriticalCurve, CriticalCurves, between
 from kerrcaustics.curves.critical_points import Points
@@ -83,6 +83,22 @@ def touching_radii(sheets: Sheets, centre: Float[Array, " 3"], angle: float) -> 
         if curve.is_point:
             radii.append(away.mean(keepdims=True))
             continue
-        turned = (away - np.roll(away, 1)) * (away - np.roll(away, -1)) > 0
-        radii.append(away[turned])
+        turned = np.flatnonzero((away - np.roll(away, 1)) * (away - np.roll(away, -1)) > 0)
+        radii.append(_extreme(curve.points.direction, away, turned))
     return np.sort(np.concatenate(radii))
+
+
+def _extreme(
+    place: Float[Array, "n 3"], away: Float[Array, " n"], at: Int[Array, " extremes"]
+) -> Float[Array, " extremes"]:
+    """Distances at extremes along a closed curve, from the parabola of their squares beside points.
+
+    On a straight line the square of the distance is one.
+    """
+    before, after = (at - 1) % len(place), (at + 1) % len(place)
+    low, high = lengths(place[at] - place[before]), lengths(place[after] - place[at])
+    square = away[at] ** 2
+    fall, rise = (away[before] ** 2 - square) / low, (away[after] ** 2 - square) / high
+    curved = (fall + rise) / (low + high)
+    slope = (rise * low - fall * high) / (low + high)
+    return np.sqrt(np.maximum(square - slope**2 / (4 * curved), 0))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
-from numpy.polynomial import Chebyshev
+from numpy.polynomial import legendre
 
 from kerrcaustics.choices import near
 from kerrcaustics.spacetime.checks import numbers, quoted
@@ -16,8 +16,15 @@ Array = np.ndarray
 Profile = str | tuple[str | float, ...] | Callable[[Array], Array]
 """A name, a name with coefficients, or a function of the distance from the centre."""
 
-# Degree of the polynomial that stands for a profile, and samples through which it is fitted.
-_DEGREE, _SAMPLES = 20, 241
+# Panels in which a profile is a polynomial, at first and at most; how often one is halved; residual of a polynomial
+# that is round-off, relative to the largest intensity.
+_FEWEST, _MOST, _HALVINGS, _ROUNDING = 16, 1000, 40, 1e-13
+# Nodes of the polynomials, and places between them at which they are checked, in a panel from -1 to 1.
+_NODES = legendre.leggauss(12)[0]
+_BETWEEN = np.cos(math.pi * np.arange(len(_NODES) + 2) / (len(_NODES) + 1))
+_SERIES = np.linalg.inv(legendre.legvander(_NODES, len(_NODES) - 1))
+# Nodes of integrals in a panel.
+_GAUSS, _WEIGHTS = legendre.leggauss(32)
 # Widths of Gaussians, in radii of the source.
 _NARROWEST, _WIDEST = 0.2, 1e3
 
@@ -26,25 +33,37 @@ _NARROWEST, _WIDEST = 0.2, 1e3
 class Brightness:
     """A profile as a function of the angle x, whose sine is the distance from the centre in parts of the radius.
 
-    words: as users see it; intensity: a polynomial in x, in which limb darkening is smooth at the limb, too.
+    In x limb darkening is smooth at the limb, too. Panels are short next to steps of the profile.
     """
 
     words: str
-    intensity: Chebyshev
+    """The profile as users see it."""
+    ends: Float[Array, " panels+1"]
+    """Ends of the panels, from 0 to pi / 2."""
+    series: Float[Array, "panels terms"]
+    """Coefficients of Legendre's polynomials in each panel."""
+    residual: Float[Array, " panels"]
+    """Largest difference from the profile in each panel."""
+    at_limb: float
+    """Intensity at the limb."""
 
     @property
     def is_uniform(self) -> bool:
         """True where the intensity is the same everywhere."""
         return self.words == "uniform"
 
-    @property
-    def at_limb(self) -> float:
-        """Intensity at the limb."""
-        return float(self.intensity(math.pi / 2))
+    def intensity(self, x: Float[Array, " places"]) -> Float[Array, " places"]:
+        """Intensity at angles x."""
+        panel = np.clip(np.searchsorted(self.ends, x, side="right") - 1, 0, len(self.series) - 1)
+        low, high = self.ends[panel], self.ends[panel + 1]
+        values = legendre.legvander((2 * x - low - high) / (high - low), self.series.shape[1] - 1)
+        return np.einsum("pn,pn->p", values, self.series[panel])
 
-    def slope(self, x: Float[Array, " places"]) -> Float[Array, " places"]:
-        """Derivative of the intensity with respect to x."""
-        return self.intensity.deriv()(x)
+    def integral(self, weight: Callable[[Array], Array]) -> float:
+        """The integral of the intensity, times a weight, with dx."""
+        half = np.diff(self.ends)[:, None] / 2
+        x = (self.ends[:-1, None] + half + half * _GAUSS).ravel()
+        return float((self.intensity(x) * weight(x)) @ (half * _WEIGHTS).ravel())
 
 
 def _linear(one: float) -> Callable[[Array], Array]:
@@ -69,7 +88,7 @@ _NAMED: dict[str, tuple[int, Callable[..., Callable[[Array], Array]]]] = {
 def checked_profile(profile: Profile) -> Brightness:
     """The profile of an argument; raise ValueError if it is invalid."""
     if isinstance(profile, str) and profile == "uniform":
-        return Brightness("uniform", Chebyshev([1.0], domain=[0, math.pi / 2]))
+        return _of_function("uniform", np.ones_like)
     if callable(profile):
         return _of_function("a function", lambda x: profile(np.sin(x)))
     name, *rest = profile if isinstance(profile, tuple | list) and profile else (profile,)
@@ -93,12 +112,43 @@ def checked_profile(profile: Profile) -> Brightness:
 
 
 def _of_function(words: str, intensity: Callable[[Array], Array]) -> Brightness:
-    """The brightness of a function of x."""
-    x = np.linspace(0, math.pi / 2, _SAMPLES)
-    values = np.asarray(intensity(x), float) * np.ones_like(x)
-    if not (np.isfinite(values).all() and (values >= 0).all() and values.max() > 0):
-        raise ValueError(
-            "Argument `profile` must give finite intensities from the centre (0) to the limb (1), none negative, and "
-            "one that is not 0."
-        )
-    return Brightness(words, Chebyshev.fit(x, values, _DEGREE, domain=[0, math.pi / 2]))
+    """The brightness of a function of x: panels are halved until polynomials stand for it to round-off."""
+    ends = np.linspace(0, math.pi / 2, _FEWEST + 1)
+    low, high, parts = ends[:-1], ends[1:], []
+    largest, count = 0.0, 0
+    for halving in range(_HALVINGS + 1):
+        middle, half = (low + high)[:, None] / 2, (high - low)[:, None] / 2
+        series = _values(intensity, middle + half * _NODES) @ _SERIES.T
+        between = _values(intensity, middle + half * _BETWEEN)
+        largest = max(largest, between.max(initial=0))
+        residual = np.abs(between - series @ legendre.legvander(_BETWEEN, len(_NODES) - 1).T).max(axis=1)
+        good = residual <= _ROUNDING * largest
+        if halving == _HALVINGS or count + len(low) + (~good).sum() > _MOST:
+            good[:] = True
+        parts.append((low[good], high[good], series[good], residual[good]))
+        count += int(good.sum())
+        low, middle, high = low[~good], middle[~good, 0], high[~good]
+        if not len(low):
+            break
+        low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
+    if not largest > 0:
+        raise _no_profile()
+    low, high, series, residual = (np.concatenate(column) for column in zip(*parts, strict=True))
+    order = np.argsort(low)
+    at_limb = float(_values(intensity, np.array([math.pi / 2]))[0])
+    return Brightness(words, np.append(low[order], math.pi / 2), series[order], residual[order], at_limb)
+
+
+def _values(intensity: Callable[[Array], Array], x: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
+    """Intensities at angles x; ValueError unless they are those of a source."""
+    values = np.asarray(intensity(x.ravel()), float) * np.ones(x.size)
+    if not (np.isfinite(values).all() and (values >= 0).all()):
+        raise _no_profile()
+    return values.reshape(x.shape)
+
+
+def _no_profile() -> ValueError:
+    return ValueError(
+        "Argument `profile` must give finite intensities from the centre (0) to the limb (1), none negative, and "
+        "one that is not 0."
+    )

@@ -1,0 +1,206 @@
+"""The light of a disc that is not uniform: a sum over the uniform discs within it.
+
+With the radius sin x of a disc, in radii of the source, its brightness I(x), and the area A(x) of its images, the light
+is I(pi/2) A(pi/2) less the integral of A dI. A is costly and smooth but for kinks; I is cheap and may have steps. So A
+is taken as a series between its kinks, and I enters by the moments of dI alone. What is proportional to the area of the
+source, as A mostly is, needs no series.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Float
+from numpy.polynomial import legendre
+
+from kerrcaustics.extended_sources.profiles import Brightness
+from kerrcaustics.results.progress import in_steps
+
+Array = np.ndarray
+
+Columns = Callable[[float], tuple[Array, Array]]
+"""What is summed, (columns,), and the errors of it, of the disc of radius sin x."""
+
+# Radii in each range between kinks, and the matrix from values there to a series of Legendre's polynomials.
+_NODES = legendre.leggauss(8)[0]
+_SERIES = np.linalg.inv(legendre.legvander(_NODES, len(_NODES) - 1))
+# Terms of series that are looked at in all; the slowest that they are taken to fall by, from term to term, and a margin
+# (tests/test_nested_discs.py).
+_TERMS, _SLOWEST, _MARGIN = 40, 0.9, 4.0
+# Most ranges; the least error by the lack of radii, a part of the wanted one, as kinks are known about.
+_MOST_RANGES, _LEAST = 12, 0.1
+# Nodes of sums over panels of the profile.
+_GAUSS, _GAUSS_WEIGHTS = legendre.leggauss(32)
+
+
+@dataclass(frozen=True)
+class RoundSource:
+    """A source of a radius, an angle or, if it is flat, a length in a plane."""
+
+    radius: float
+    flat: bool
+    brightness: Brightness
+
+    def area(self, x: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
+        """Areas of the discs of radii sin x within it."""
+        if self.flat:
+            return math.pi * (self.radius * np.sin(x)) ** 2
+        return 4 * math.pi * np.sin(self.radius * np.sin(x) / 2) ** 2
+
+    @cached_property
+    def light(self) -> float:
+        """The integral of the brightness over the source itself."""
+
+        def ring(x: Array) -> Array:
+            radius = self.radius * np.sin(x)
+            return 2 * math.pi * (radius if self.flat else np.sin(radius)) * self.radius * np.cos(x)
+
+        return self.brightness.integral(ring)
+
+
+@dataclass(frozen=True)
+class _Range:
+    """A range of x. dense_low, dense_high: whether nodes crowd at its ends, by squares, as A has a kink there."""
+
+    low: float
+    high: float
+    dense_low: bool
+    dense_high: bool
+
+    def x(self, place: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
+        """Angles at places from -1 to 1."""
+        part = (1 + place) / 2
+        if self.dense_low and self.dense_high:
+            part = np.sin(math.pi / 2 * part) ** 2
+        elif self.dense_low:
+            part = part**2
+        elif self.dense_high:
+            part = 1 - (1 - part) ** 2
+        return self.low + (self.high - self.low) * part
+
+    def place(self, x: Float[Array, " n"]) -> Float[Array, " n"]:
+        """The inverse of `x`."""
+        part = np.clip((x - self.low) / (self.high - self.low), 0, 1)
+        if self.dense_low and self.dense_high:
+            part = np.arcsin(np.sqrt(part)) * 2 / math.pi
+        elif self.dense_low:
+            part = np.sqrt(part)
+        elif self.dense_high:
+            part = 1 - np.sqrt(1 - part)
+        return 2 * part - 1
+
+    def halves(self) -> "tuple[_Range, _Range]":
+        """The ranges on both sides of the middle, which is no kink."""
+        middle = float(self.x(np.zeros(1))[0])
+        return _Range(self.low, middle, self.dense_low, False), _Range(middle, self.high, False, self.dense_high)
+
+
+@dataclass(frozen=True, eq=False)
+class _Measured:
+    """Values of columns at the nodes of a range, their errors, and the profile."""
+
+    range: _Range
+    values: Float[Array, "nodes columns"]
+    errors: Float[Array, "nodes columns"]
+    brightness: Brightness
+
+    @cached_property
+    def _panels(self) -> tuple[Float[Array, " panels+1"], Float[Array, " panels"]]:
+        """Ends of the panels of the profile in this range, as places, and the residuals of the profile there."""
+        ends, low, high = self.brightness.ends, self.range.low, self.range.high
+        inner = ends[(ends > low) & (ends < high)]
+        panel = np.searchsorted(ends, np.concatenate([[low], inner]), side="right") - 1
+        return self.range.place(np.concatenate([[low], inner, [high]])), self.brightness.residual[panel]
+
+    @cached_property
+    def moments(self) -> Float[Array, " terms"]:
+        """Integrals of Legendre's polynomials with dI: by parts, as I may have steps."""
+        ends, _ = self._panels
+        half = np.diff(ends)[:, None] / 2
+        place = (ends[:-1, None] + half + half * _GAUSS).ravel()
+        bright = self.brightness.intensity(self.range.x(place)) * (half * _GAUSS_WEIGHTS).ravel()
+        slope = legendre.legval(place, legendre.legder(np.eye(_TERMS)))
+        low, high = self.brightness.intensity(np.array([self.range.low, self.range.high]))
+        return high - low * (-1.0) ** np.arange(_TERMS) - slope @ bright
+
+    @cached_property
+    def series(self) -> Float[Array, "nodes columns"]:
+        """Coefficients of the columns."""
+        return _SERIES @ self.values
+
+    @property
+    def integral(self) -> Float[Array, " columns"]:
+        """Integrals of the columns with dI."""
+        return self.moments[: len(_NODES)] @ self.series
+
+    @property
+    def error(self) -> Float[Array, " columns"]:
+        """Errors of the integral by those of the columns, and by the residual of the profile."""
+        own = np.abs(self.moments[: len(_NODES)] @ _SERIES) @ self.errors
+        ends, residual = self._panels
+        grown = np.abs(np.diff(legendre.legval(ends, self.series), axis=-1))
+        return own + grown @ residual
+
+    @cached_property
+    def truncation(self) -> Float[Array, " columns"]:
+        """Errors of the integral by the terms that the series lack, which fall as the last ones do."""
+        size, count = np.abs(self.series), len(_NODES)
+        last, before, largest = size[-2:].max(axis=0), size[-4:-2].max(axis=0), size.max(axis=0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            fall = np.sqrt((last / before) ** 0.5 * (last / largest) ** (1 / (count - 1)))
+        fall = np.clip(np.nan_to_num(fall), 0, _SLOWEST)
+        more = np.arange(count, _TERMS)
+        # A term that is not in the series is taken for a sum of those that are, as it has their values at the nodes.
+        lacking = self.moments[more] - self.moments[:count] @ _SERIES @ legendre.legvander(_NODES, _TERMS - 1)[:, more]
+        return _MARGIN * np.abs(lacking) @ (last * fall ** (more[:, None] - (count - 1)))
+
+
+def integrated(
+    columns: Columns,
+    whole: tuple[Array, Array],
+    source: RoundSource,
+    kinks: Float[Array, " kinks"],
+    wanted: Float[Array, " columns"],
+) -> tuple[Float[Array, " columns"], Float[Array, " columns"]]:
+    """The light of the images of a source by columns, and its errors.
+
+    Parameters
+    ----------
+    columns : function of x
+    whole : two arrays (columns,)
+        The same of the disc as large as the source.
+    source : RoundSource
+    kinks : (kinks,) array
+        Angles x, 0 to pi / 2, next to which the columns are not smooth.
+    wanted : (columns,) array
+        Errors by the lack of radii at which ranges between kinks are not halved any further.
+    """
+    of_area = whole[0] / source.area(np.array(math.pi / 2))
+    ends = np.unique(np.concatenate([[0.0], kinks, [math.pi / 2]]))
+    dense = np.isin(ends, kinks).tolist()
+    parts: list[_Measured] = []
+    ranges = [_Range(*pair, *dense[i : i + 2]) for i, pair in enumerate(pairwise(ends.tolist()))]
+    for _ in in_steps("round of radii", range(1 + max(_MOST_RANGES - len(ranges), 0))):
+        parts += [_measured(columns, of, source, of_area) for of in ranges]
+        light = source.light * of_area - np.sum([part.integral for part in parts], axis=0)
+        own = source.brightness.at_limb * whole[1] + np.sum([part.error for part in parts], axis=0)
+        lost = np.array([part.truncation for part in parts])
+        missing = np.maximum(lost.sum(axis=0), _LEAST * np.where(np.isfinite(wanted), wanted, 0))
+        # Columns that are not known at some radius gain nothing from others.
+        if (missing <= np.maximum(wanted, own)).all() or not np.isfinite(own).all():
+            break
+        with np.errstate(divide="ignore", invalid="ignore"):
+            worst = int(np.nan_to_num(lost / wanted).max(axis=1).argmax())
+        ranges = parts.pop(worst).range.halves()
+    return light, np.nan_to_num(own + missing, nan=math.inf, posinf=math.inf)
+
+
+def _measured(columns: Columns, of: _Range, source: RoundSource, of_area: Float[Array, " columns"]) -> _Measured:
+    """The columns at the nodes of a range, less what is proportional to the area of the source."""
+    x = of.x(_NODES)
+    rows = [columns(one) for one in in_steps("radius", x.tolist())]
+    values, errors = (np.array(part) for part in zip(*rows, strict=True))
+    return _Measured(of, values - source.area(x)[:, None] * of_area, errors, source.brightness)
