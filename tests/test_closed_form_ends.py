@@ -11,10 +11,11 @@ from beam_gaps import relative_gap
 from random_rays import directions_of_small_k, random_camera, random_sky
 
 import kerrcaustics as kc
-from kerrcaustics.beams.closed_form import radial_leg
+from kerrcaustics.beams.closed_form import radial_leg, small_k
 from kerrcaustics.beams.closed_form.formula import LEAST_K
 from kerrcaustics.beams.closed_form.radial_motion import RadialPlace, RadialRoots
 from kerrcaustics.beams.closed_form.weierstrass import inverse_radius
+from kerrcaustics.beams.spheres import Spheres
 from kerrcaustics.spacetime import kerr, radial
 from kerrcaustics.spacetime.frame import Photon, photon_of
 
@@ -288,3 +289,30 @@ def test_psi_of_a_distant_camera_outlives_an_extremal_horizon():
     rays = kc.trace_rays(camera, sky, "closed-form", tolerance=1e-14)
     assert rays.escaped[0]
     assert rays.azimuth[0] == pytest.approx(-1.0464170523892554e-07, abs=1e-15)
+
+
+def test_rays_of_small_k_may_have_spheres_of_their_own():
+    frame, sky = kc.Camera(0.9, 5.0, 1.2).frame(), tuple(np.array([[0.9, 0.99], [0.3, 0.1], [0.3, -0.1]]))
+
+    def moved(radius):
+        end = Spheres(radius, np.zeros(2, bool))
+        return small_k.radial_motion(frame, photon_of(frame, sky), end, with_time=True)
+
+    shapes = jax.eval_shape(moved, np.array([7.0, 30.0]))
+    assert shapes.time.shape == shapes.psi.shape == shapes.clock.shape == (2,)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["closed-form", "integrated"])
+def test_beams_to_spheres_of_their_own_are_those_to_each(engine):
+    """Behind the camera and before it, within its radius and beyond."""
+    camera, rng = kc.Camera(0.9, 5.0, 1.2), np.random.default_rng(11)
+    sky = np.concatenate([random_sky(camera, 40, rng), directions_of_small_k(camera, 40, rng)])
+    radii = np.array([2.5, 5.3, 7.0, 30.0])
+    spheres = Spheres(np.tile(radii, 20), np.zeros(80, bool))
+    own = kc.trace_beams(camera, sky, engine, end=spheres, time=True)
+    for i, radius in enumerate(radii.tolist()):
+        each = kc.trace_beams(camera, sky[i::4], engine, end=radius, time=True)
+        assert np.array_equal(own.status[i::4], each.status)
+        for name in ("direction", "jacobian", "time"):
+            np.testing.assert_allclose(getattr(own, name)[i::4], getattr(each, name), rtol=1e-9, atol=1e-9)

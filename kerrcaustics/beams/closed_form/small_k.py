@@ -179,8 +179,8 @@ def _horizon_poles(spin: Reals, photon: Photon, place: _Outward) -> tuple[ellipt
     """The poles (p_1, p_2) of (I(r_+), I(r_-)) in one array, with p times 4, and their logarithms."""
     (r, height, rate), b, kappa = place, photon.b, photon.kappa
     root = radial.horizon_lift(spin)
-    both = [1 + root, spin**2 / (1 + root)], [2 * root, -2 * root], [height, height + 2 * root]
-    horizon, gap, above = (jnp.stack(parts).reshape(2, *(1,) * b.ndim) for parts in both)
+    both = (1 + root, spin**2 / (1 + root)), (2 * root, -2 * root), (height, height + 2 * root)
+    horizon, gap, above = (_of_both_horizons(*parts, b.ndim) for parts in both)
     rest, total = 2 * horizon - spin * b, r + horizon
     # p_1 p_2 over r - r_h: next to the outer horizon one of them would cancel.
     product = total * (above * total + 2 * rate + r**2 + horizon**2 + 2 * spin * (spin - b)) - above[::-1] * kappa
@@ -190,6 +190,12 @@ def _horizon_poles(spin: Reals, photon: Photon, place: _Outward) -> tuple[ellipt
     pull = gap * kappa
     pole = elliptic.Pole(jnp.stack([first, second]), jnp.stack([pull, pull - 8 * horizon * rest]))
     return pole, jnp.log(first / second) / 2
+
+
+def _of_both_horizons(outer: Reals, inner: Reals, axes: int) -> Reals:
+    """Two values in one array, for rays with so many axes: the values are those of all rays, or of each."""
+    values = jnp.stack([outer, inner])
+    return values.reshape(2, *(1,) * (axes + 1 - values.ndim), *values.shape[1:])
 
 
 def polar_motion(frame: Frame, photon: Photon, time: Reals, *, with_time: bool = False) -> Polar:
