@@ -6,10 +6,10 @@ from .scenes.disk.emission import (
     PageThorne as PageThorne,
     PowerLaw as PowerLaw,
     Swatches as Swatches,
-    Texture as Texture,
 )
 from .scenes.disk.orbiting_spots import OrbitingSpots as OrbitingSpots
 from .scenes.disk.profile import LineProfile as LineProfile
 from .scenes.disk.spots import Spots as Spots
+from .scenes.disk.texture import Texture as Texture
 from .scenes.disk.volume import Volume as Volume, VolumeGrid as VolumeGrid
 from .scenes.disk.wisps import Wisps as Wisps

@@ -16,13 +16,15 @@ from kerrcaustics.scenes.catalogue import hipparcos, merged_catalogues, tilted_g
 from kerrcaustics.scenes.checkerboard import Checkerboard
 from kerrcaustics.scenes.colour import MeasuredResponse, ResponseLike
 from kerrcaustics.scenes.disk.disk import Disk, inner_rim
-from kerrcaustics.scenes.disk.emission import BlackBody, PageThorne, PowerLaw, Swatches, Texture
+from kerrcaustics.scenes.disk.emission import BlackBody, PageThorne, PowerLaw, Swatches
 from kerrcaustics.scenes.disk.orbiting_spots import OrbitingSpots
 from kerrcaustics.scenes.disk.samples import Emission
 from kerrcaustics.scenes.disk.spots import Spots
+from kerrcaustics.scenes.disk.texture import Texture
 from kerrcaustics.scenes.disk.wisps import Wisps
 from kerrcaustics.scenes.flare import glare_kernel, with_glare
-from kerrcaustics.scenes.panorama import Panorama, oriented, read_picture
+from kerrcaustics.scenes.light_files import read_picture
+from kerrcaustics.scenes.panorama import Panorama, oriented
 from kerrcaustics.scenes.render import Sky
 from kerrcaustics.scenes.scene_checks import check_above_horizon, check_rims
 from kerrcaustics.scenes.seen_sky import sky_end

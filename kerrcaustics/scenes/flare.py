@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.results.declared import usual_warnings
-from kerrcaustics.scenes.panorama import read_picture
+from kerrcaustics.scenes.light_files import read_picture
 from kerrcaustics.scenes.scene_checks import check_light, check_number, positive
 from kerrcaustics.spacetime.checks import numbers, whole_number
 

@@ -1,10 +1,8 @@
 """Equirectangular pictures as the celestial sphere."""
 
-import errno
 import math
 import os
-import warnings
-from pathlib import Path
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from jaxtyping import Float, Float32
@@ -12,22 +10,22 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from kerrcaustics.astronomy import healpix, plate_carree
-from kerrcaustics.extras import needed
-from kerrcaustics.files import check_path, reading
-from kerrcaustics.scenes.colour import decoded, shift_of
+from kerrcaustics.files import check_path
+from kerrcaustics.results.progress import Progress, with_progress
+from kerrcaustics.results.stages import stage
+from kerrcaustics.scenes.colour import shift_of
 from kerrcaustics.scenes.footprint import ASPECT, Footprint, averaged
-from kerrcaustics.scenes.scene_checks import check_brightness, check_light, check_number
+from kerrcaustics.scenes.light_files import rows_of, size_of
+from kerrcaustics.scenes.scene_checks import check_brightness, check_light, check_light_of_file, check_number, not_light
+from kerrcaustics.scenes.sphere_pyramid import SphereRows, looked_up, pyramid
 from kerrcaustics.spacetime.checks import quoted, real_array
 from kerrcaustics.spacetime.sphere import from_angles
 
 Array = np.ndarray
 
-_ENDINGS = (".png", ".jpg", ".jpeg", ".exr")
 _FEWEST_ROWS, _MOST_ROWS = 4, 8192
-# Bytes of a file, and pixels of a picture, as Pillow has them.
-_LARGEST, _MOST_PIXELS, _TOO_MANY = 4_000_000_000, 178_956_970, "it has too many pixels"
-# The coarsest level of the pyramid has at least so many rows.
-_COARSEST = 4
+# Rows of arrays that are smoothed together.
+_BLOCK = 64
 
 
 class Panorama:
@@ -87,19 +85,23 @@ class Panorama:
         if not _FEWEST_ROWS <= len(picture) <= _MOST_ROWS:
             raise ValueError(f"Argument `light` must have {_FEWEST_ROWS} to {_MOST_ROWS} rows, but has {len(picture)}.")
         check_light("light", picture)
-        self.orientation = oriented(orientation, mirror)
+        self._hold(len(picture), _blocks(picture, mirror), oriented(orientation, mirror), aspect, spectrum)
+
+    def _hold(
+        self, rows: int, blocks: Iterable[SphereRows], orientation: Array, aspect: float, spectrum: ArrayLike | None
+    ) -> None:
+        """Take over the rows of a chart."""
         check_number("aspect", aspect, "be a finite number from 1 on", lambda ratio: 1 <= ratio < math.inf)
-        self.rows, self.aspect, self._shift = len(picture), aspect, shift_of(spectrum)
-        # Held as a chart; of what is grey, one channel.
-        picture = picture if mirror else picture[:, ::-1]
-        grey = (picture == picture[..., :1]).all()
-        self._levels = [_padded(level) for level in _pyramid(picture[..., :1] if grey else picture)]
+        self.orientation, self.rows, self.aspect, self._shift = orientation, rows, aspect, shift_of(spectrum)
+        self._levels = pyramid(rows, blocks)
 
     def __repr__(self) -> str:
         """Return a line with its size."""
         return f"<Panorama of {2 * self.rows} x {self.rows} pixels>"
 
     @classmethod
+    @with_progress
+    @stage("picture_of_the_sky")
     def read(
         cls,
         path: str | os.PathLike[str],
@@ -108,6 +110,7 @@ class Panorama:
         mirror: bool = False,
         brightness: float = 1.0,
         spectrum: ArrayLike | None = None,
+        progress: Progress | bool | None = None,
     ) -> "Panorama":
         """The panorama of a PNG, JPEG or OpenEXR file, twice as wide as high, or of a FITS image of the whole sky.
 
@@ -117,17 +120,17 @@ class Panorama:
         Values of PNG and JPEG count as sRGB, those of OpenEXR and FITS as linear; OpenEXR needs the package of that
         name, FITS astropy. FITS images (.fits, .fit, .fits.gz) are plate carree, of one plane (grey) or three; theta'
         and phi' are 90 degrees - latitude and longitude of whatever frame they are in, unless mirror turns them over.
+
+        PNG files of 16 bits are read if they are grey. Photographs are turned as their EXIF tag says. What is
+        transparent is dark. The file is read by rows: beside the panorama little memory is needed. progress: as
+        for `render`.
         """
         check_brightness(brightness)
-        if plate_carree.is_fits(path):
-            return cls(brightness * plate_carree.read_sky(path), orientation, mirror=not mirror, spectrum=spectrum)
-        values = read_picture(path)
-        if values.shape[1] != 2 * values.shape[0]:
-            raise ValueError(
-                f"Argument `path` must name a picture twice as wide as high, but {os.fspath(path)!r} has "
-                f"{values.shape[1]} x {values.shape[0]} pixels."
-            )
-        return cls(brightness * values, orientation, mirror=mirror, spectrum=spectrum)
+        chart = mirror != plate_carree.is_fits(path)
+        rows, blocks = _fits_rows(path) if plate_carree.is_fits(path) else _picture_rows(path)
+        panorama, turn = cls.__new__(cls), oriented(orientation, chart)
+        panorama._hold(rows, _as_chart(path, blocks, chart, brightness), turn, ASPECT, spectrum)
+        return panorama
 
     @classmethod
     def from_healpix(
@@ -174,9 +177,9 @@ class Panorama:
         for k in range(lower.min(initial=0), lower.max(initial=-1) + 1):
             which = np.flatnonzero(lower == k)
             place = down[which], right[which]
-            fine = _looked_up(self._levels[k], *place)
+            fine = looked_up(self._levels[k], *place)
             if k + 1 < len(self._levels):
-                fine += part[which] * (_looked_up(self._levels[k + 1], *place) - fine)
+                fine += part[which] * (looked_up(self._levels[k + 1], *place) - fine)
             light[:, which] = fine
         return light.T
 
@@ -216,61 +219,41 @@ def save_sky(path: str | os.PathLike[str], light: ArrayLike, *, mirror: bool = F
     plate_carree.write(path, {"SKY": chart.transpose(2, 0, 1)}, {"CTYPE3": ("RGB", "red, green, blue; linear sRGB")})
 
 
-def read_picture(path: str | os.PathLike[str]) -> Float[Array, "h w 3"]:
-    """Linear light (h, w, 3) of a PNG, JPEG or OpenEXR file.
+def _blocks(picture: Float32[Array, "h w 3"], mirror: bool) -> Iterator[SphereRows]:
+    """The rows of a picture in memory, as those of a chart."""
+    for first in range(0, len(picture), _BLOCK):
+        some = picture[first : first + _BLOCK]
+        yield SphereRows(first, slice(None), some if mirror else some[:, ::-1])
 
-    Values of PNG and JPEG count as sRGB, those of OpenEXR as linear; OpenEXR needs the package of that name.
-    """
-    return read_picture_with_alpha(path)[0]
 
-
-def read_picture_with_alpha(path: str | os.PathLike[str]) -> tuple[Float[Array, "h w 3"], Float[Array, "h w"] | None]:
-    """Linear light (h, w, 3) of a file as by `read_picture`, and the alpha channel (h, w) of a PNG file, if any."""
-    name = Path(path)
-    if name.suffix.lower() not in _ENDINGS:
-        raise ValueError(f"Argument `path` must end in {', '.join(_ENDINGS)}, but is {quoted(os.fspath(path))}.")
-    linear = name.suffix.lower() == ".exr"
-    try:
-        with reading(name, _LARGEST):
-            values = _read_exr(name) if linear else _read_screen(name)
-    except (OSError, RuntimeError, ValueError, KeyError) as error:
-        reason = getattr(error, "strerror", None) or "it is no such picture"
+def _picture_rows(path: str | os.PathLike[str]) -> tuple[int, Iterator[SphereRows]]:
+    """The number of rows of a picture of the whole sky, and the rows."""
+    rows, columns = size_of(path)
+    if columns != 2 * rows or not _FEWEST_ROWS <= rows <= _MOST_ROWS:
         raise ValueError(
-            f"Argument `path` must name a picture that can be read: {os.fspath(path)!r}: {reason}."
-        ) from None
-    if linear:
-        return values, None
-    return decoded(values[..., :3]), values[..., 3] if values.shape[2] == 4 else None
+            f"Argument `path` must name a picture twice as wide as high, of {_FEWEST_ROWS} to {_MOST_ROWS} rows, but "
+            f"{os.fspath(path)!r} has {columns} x {rows} pixels."
+        )
+    return rows, (SphereRows(first, slice(None), light) for first, light, _ in rows_of(path))
 
 
-def _read_screen(path: Path) -> Float32[Array, "h w channels"]:
-    """Three channels, and a fourth of a picture with alpha."""
-    from PIL import Image
-
-    with warnings.catch_warnings():
-        # Pillow warns of pictures that are large for it, and are not for a sky.
-        warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-        try:
-            with Image.open(path) as file:
-                clear = "A" in file.getbands() or "transparency" in file.info
-                mode = "RGBA" if clear else "RGB"
-                return np.asarray(file.convert(mode), np.float32) / 255
-        except Image.DecompressionBombError:
-            raise OSError(errno.EFBIG, _TOO_MANY) from None
+def _fits_rows(path: str | os.PathLike[str]) -> tuple[int, Iterator[SphereRows]]:
+    """The same of a FITS image."""
+    rows, planes, blocks = plate_carree.read_sky(path)
+    channel = (slice(None),) if planes == 1 else (slice(0, 1), slice(1, 2), slice(2, 3))
+    return rows, (SphereRows(first, channel[k], light[..., None]) for k, first, light in blocks)
 
 
-def _read_exr(path: Path) -> Float32[Array, "h w 3"]:
-    OpenEXR = needed("exr", "OpenEXR")
-    with OpenEXR.File(str(path), header_only=True) as file:
-        low, high = file.header()["dataWindow"]
-        if math.prod(1 + int(b) - int(a) for a, b in zip(low, high, strict=True)) > _MOST_PIXELS:
-            raise OSError(errno.EFBIG, _TOO_MANY)
-    with OpenEXR.File(str(path)) as file:
-        channels = file.channels()
-        name = next(name for name in ("RGB", "RGBA") if name in channels) if {"RGB", "RGBA"} & set(channels) else "Y"
-        values = np.asarray(channels[name].pixels, np.float32)
-    grey = values.ndim == 2
-    return np.repeat(values[..., None], 3, axis=2) if grey else values[..., :3]
+def _as_chart(
+    path: str | os.PathLike[str], blocks: Iterable[SphereRows], mirror: bool, brightness: float
+) -> Iterator[SphereRows]:
+    """Rows of a file with phi' to the right, and brighter; a ValueError after the last if some are no light."""
+    bad = 0
+    for first, channels, light in blocks:
+        if wrong := not_light(light):
+            bad, light = bad + wrong, np.zeros_like(light)
+        yield SphereRows(first, channels, np.float32(brightness) * (light if mirror else light[:, ::-1]))
+    check_light_of_file(path, bad)
 
 
 def rotation(matrix: ArrayLike | None) -> Float[Array, "3 3"]:
@@ -292,61 +275,3 @@ def oriented(value: ArrayLike | None, mirror: bool) -> Float[Array, "3 3"]:
         raise ValueError(f"Argument `orientation` must be one angle or three, or a rotation, but is {quoted(value)}.")
     right, up, roll = np.pad(angles, (0, 3 - len(angles))).tolist()
     return Rotation.from_euler("zyx", [-right if mirror else right, -up, -roll]).as_matrix()
-
-
-def _pyramid(picture: Float32[Array, "h w 3"]) -> list[Float32[Array, "_h _w 3"]]:
-    """The picture and coarser ones, each smoothed along its rows."""
-    levels = [_smoothed(picture)]
-    while len(levels[-1]) % 2 == 0 and len(levels[-1]) // 2 >= _COARSEST:
-        levels.append(_smoothed(_halved(levels[-1])))
-    return levels
-
-
-def _halved(picture: Float32[Array, "h w 3"]) -> Float32[Array, "h//2 w//2 3"]:
-    """Means of two by two pixels, weighted by their areas on the sphere."""
-    rows = len(picture)
-    weight = np.sin((np.arange(rows) + 0.5) * math.pi / rows).astype(np.float32).reshape(-1, 2, 1, 1)
-    pairs = picture.reshape(rows // 2, 2, *picture.shape[1:])
-    tall = (pairs * weight).sum(axis=1) / weight.sum(axis=1)
-    return (tall[:, ::2] + tall[:, 1::2]) / 2
-
-
-def _smoothed(picture: Float32[Array, "h w 3"]) -> Float32[Array, "h w 3"]:
-    """Rows smoothed by a Gaussian as wide as a row is high, where that is more than a pixel.
-
-    Half a row's height on the sphere is what look-ups have for a deviation; the pixels' own is taken off.
-    """
-    rows = len(picture)
-    s = np.sin((np.arange(rows) + 0.5) * math.pi / rows)
-    deviation = 0.5 * np.sqrt(np.maximum(1 / s**2 - 1, 0))
-    wave = np.fft.rfftfreq(picture.shape[1]) * 2 * math.pi
-    result = np.empty_like(picture)
-    for i, row in enumerate(picture):
-        damping = np.exp(-((deviation[i] * wave) ** 2) / 2)[:, None]
-        result[i] = np.fft.irfft(np.fft.rfft(row, axis=0) * damping, n=len(row), axis=0)
-    # A Gaussian that is no wider than pixels rings beside bright ones.
-    return np.maximum(result, 0)
-
-
-def _padded(picture: Float32[Array, "h w channels"]) -> Float32[Array, "channels h+2 w+2"]:
-    """The picture with a pixel more on every side: the other edge's at the sides, beyond the pole above and below."""
-    half = picture.shape[1] // 2
-    tall = np.concatenate([np.roll(picture[:1], half, axis=1), picture, np.roll(picture[-1:], half, axis=1)])
-    return np.ascontiguousarray(np.concatenate([tall[:, -1:], tall, tall[:, :1]], axis=1).transpose(2, 0, 1))
-
-
-def _looked_up(
-    padded: Float32[Array, "channels h w"], down: Float[Array, " m"], right: Float[Array, " m"]
-) -> Float32[Array, "channels m"]:
-    """Light (channels, m) at parts of the height and width of a padded picture, linear between pixels."""
-    rows, columns = padded.shape[1] - 2, padded.shape[2] - 2
-    y, x = down * rows + 0.5, right * columns + 0.5
-    i, j = np.minimum(y.astype(int), rows), np.minimum(x.astype(int), columns)
-    v, u = (y - i).astype(np.float32), (x - j).astype(np.float32)
-    start, below = i * (columns + 2) + j, columns + 2
-    light = np.empty((len(padded), len(start)), np.float32)
-    for k, channel in enumerate(padded.reshape(len(padded), -1)):
-        first, second, third, last = (channel[step:].take(start) for step in (0, 1, below, below + 1))
-        upper, lower = first + u * (second - first), third + u * (last - third)
-        light[k] = upper + v * (lower - upper)
-    return light

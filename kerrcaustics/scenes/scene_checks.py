@@ -1,6 +1,7 @@
 """Checks of numbers and arrays of scenes, each one clear ValueError."""
 
 import math
+import os
 from collections.abc import Callable
 from typing import Any
 
@@ -28,10 +29,26 @@ def not_negative(number: float) -> bool:
     return 0 <= number < math.inf
 
 
+def not_light(values: np.ndarray) -> int:
+    """The count of values that cannot be light: those that are negative or not finite."""
+    return int(np.count_nonzero(~((values >= 0) & (values < math.inf))))
+
+
 def check_light(name: str, values: np.ndarray) -> None:
     """Raise ValueError unless an array can be light."""
-    if not (np.isfinite(values).all() and values.min(initial=0.0) >= 0):
-        raise ValueError(f"Argument `{name}` must hold finite numbers that are not negative.")
+    if bad := not_light(values):
+        more = f", but {bad} of {values.size} are not" if values.size > 1 else ""
+        raise ValueError(f"Argument `{name}` must hold finite numbers that are not negative{more}.")
+
+
+def check_light_of_file(path: str | os.PathLike[str], bad: int) -> None:
+    """Raise ValueError if a file has values that cannot be light."""
+    if bad:
+        values = f"{bad} value{'s' * (bad > 1)}"
+        raise ValueError(
+            f"Argument `path` must name a picture whose light is finite and not negative, but {os.fspath(path)!r} has "
+            f"{values} of NaN, infinity or below 0."
+        )
 
 
 def check_rims(inner: Any, outer: Any) -> None:

@@ -7,10 +7,10 @@ import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.beams.emitters import EMITTERS
-from kerrcaustics.scenes.disk.emission import AlphaOpacity, Texture
 from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
+from kerrcaustics.scenes.disk.texture import AlphaOpacity, Texture
 from kerrcaustics.scenes.scene_checks import check_above_horizon, check_brightness, check_number, check_rims, positive
-from kerrcaustics.spacetime.checks import one_of, quoted
+from kerrcaustics.spacetime.checks import one_of, quoted, real_array
 from kerrcaustics.spacetime.kerr import isco
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -148,7 +148,7 @@ class Disk:
         """The part (n,) of the light behind that is blocked when seen along the axis."""
         if not callable(self.opacity):
             return np.full(len(radius), float(self.opacity))
-        opacity = np.asarray(self.opacity(radius, azimuth), float) + np.zeros_like(radius)
+        opacity = real_array("opacity", self.opacity(radius, azimuth)) + np.zeros_like(radius)
         if not (np.isfinite(opacity) & (opacity >= 0) & (opacity <= 1)).all():
             raise ValueError("Argument `opacity` must be a function whose values lie in 0 to 1.")
         return opacity
@@ -156,7 +156,7 @@ class Disk:
     def transmitted(self, samples: DiskSamples, cosine: Float[Array, " n"]) -> Float[Array, " n"]:
         """The part (n,) of the light behind that comes through; cosine, of the angle from the axis."""
         if hasattr(self.opacity, "mean"):
-            opacity = np.asarray(self.opacity.mean(samples), float)
+            opacity = real_array("opacity", self.opacity.mean(samples))
         else:
             opacity = self.opacity_at(samples.radius, samples.azimuth)
         if not self.slanting:

@@ -1,0 +1,191 @@
+"""Emission of disks by pictures: their light, and their alpha as the opacity."""
+
+import math
+import os
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Float32, Int
+from numpy.typing import ArrayLike
+
+from kerrcaustics.scenes.colour import shifted_light
+from kerrcaustics.scenes.disk.samples import DiskSamples
+from kerrcaustics.scenes.light_files import read_picture_with_alpha, size_of
+from kerrcaustics.scenes.scene_checks import check_light
+from kerrcaustics.spacetime.checks import real_array
+
+Array = np.ndarray
+
+_LARGEST_PICTURE = 8192
+# Pixels with much of a picture in them are divided at most so finely in each direction.
+_MOST_PARTS = 16
+
+
+class Texture:
+    """A picture on the disk: once round from left to right, the inner rim at the bottom and the outer one at the top.
+
+    Parameters
+    ----------
+    light : (h, w, 3) array
+        Linear sRGB, any unit.
+    alpha : (h, w) array, optional
+        The part of the light behind that each pixel blocks, 0 to 1, and the part of its own light that it emits. A
+        `Disk` without an opacity of its own has this one. If omitted, the picture says nothing about what is behind.
+
+    Raises
+    ------
+    ValueError
+        If an argument is invalid.
+
+    Notes
+    -----
+    Between the middles of its pixels the picture is linear; round the disk it goes on from edge to edge. Averages are
+    taken in a pyramid of pictures, each half as fine as the one before.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> import numpy as np
+    >>> kc.disks.Texture(np.ones((4, 8, 3)))
+    <Texture of 8 x 4 pixels>
+    """
+
+    def __init__(self, light: ArrayLike, alpha: ArrayLike | None = None) -> None:
+        """Make the pyramids."""
+        picture = real_array("light", light, np.float32)
+        if picture.ndim != 3 or picture.shape[2] != 3 or 0 in picture.shape:
+            raise ValueError(f"Argument `light` must have shape (h, w, 3), but has {picture.shape}.")
+        if max(picture.shape) > _LARGEST_PICTURE:
+            raise ValueError(f"Argument `light` must have at most {_LARGEST_PICTURE} rows and columns.")
+        check_light("light", picture)
+        self.shape = picture.shape[:2]
+        cover = None if alpha is None else _checked_alpha(alpha, self.shape)
+        self._levels = _pyramid(picture if cover is None else picture * cover)
+        self.cover = None if cover is None or cover.min() == 1 else _pyramid(cover)
+
+    def __repr__(self) -> str:
+        """Return a line with its size."""
+        return f"<Texture of {self.shape[1]} x {self.shape[0]} pixels>"
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str], *, mirror: bool = False) -> "Texture":
+        """The texture of a PNG, JPEG or OpenEXR file: the first two count as sRGB, OpenEXR as linear.
+
+        Writing is readable from the south, with mirror from the north. PNG and OpenEXR files may have an alpha channel.
+        """
+        rows, columns = size_of(path)
+        if max(rows, columns) > _LARGEST_PICTURE:
+            raise ValueError(
+                f"Argument `path` must name a picture of at most {_LARGEST_PICTURE} rows and columns, but "
+                f"{os.fspath(path)!r} has {columns} x {rows} pixels."
+            )
+        light, alpha = read_picture_with_alpha(path)
+        step = -1 if mirror else 1
+        return cls(light[:, ::step]) if alpha is None else cls(*_opaque(path, light[:, ::step], alpha[:, ::step]))
+
+    def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
+        """Linear sRGB light (n, 3); for a shift of colours the picture counts as lit by daylight."""
+        return self.mean(self._levels, samples) * shifted_light(samples.redshift, beaming, colour_shift)
+
+    def mean(self, levels: list[Array], samples: DiskSamples) -> Float[Array, "n channels"]:
+        """Values (n, channels) of a pyramid, averaged over samples."""
+        rows, columns = self.shape
+        half_across, half_turn = samples.box()
+        size = np.maximum(2 * half_across * rows, half_turn * columns / math.pi)
+        level = np.clip(np.log2(np.maximum(size, 1e-9)), 0, len(levels) - 1)
+        lower = level.astype(int)
+        down, right = 1 - samples.across, samples.azimuth / (2 * math.pi)
+        values = np.empty((len(level), levels[0].shape[2]), np.float32)
+        for k in np.unique(lower):
+            which = lower == k
+            fine = bilinear(levels[k], down[which], right[which])
+            if k + 1 < len(levels):
+                part = (level[which] - k)[:, None].astype(np.float32)
+                fine = fine + part * (bilinear(levels[k + 1], down[which], right[which]) - fine)
+            values[which] = fine
+        return values
+
+    def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
+        """The number for which a part is as large as a pixel of the picture, up to a limit."""
+        texels = np.maximum(size[:, 0] * self.shape[0], size[:, 1] * self.shape[1] / (2 * math.pi))
+        return np.clip(2 ** np.ceil(np.log2(np.maximum(3 * texels, 1))), 4, _MOST_PARTS).astype(int)
+
+
+@dataclass(frozen=True, eq=False)
+class AlphaOpacity:
+    """The alpha of a texture as the opacity of a disk between two radii; angle (radians), by which it is turned."""
+
+    texture: Texture
+    inner: float
+    outer: float
+    angle: float = 0.0
+
+    def __call__(self, radius: Float[Array, " n"], azimuth: Float[Array, " n"]) -> Float[Array, " n"]:
+        """The part (n,) of the light behind that is kept at places."""
+        assert self.texture.cover is not None
+        across = (radius - self.inner) / (self.outer - self.inner)
+        return _part(bilinear(self.texture.cover[0], 1 - across, (azimuth - self.angle) / (2 * math.pi)))
+
+    def mean(self, samples: DiskSamples) -> Float[Array, " n"]:
+        """The opacity (n,), averaged over samples."""
+        assert self.texture.cover is not None
+        return _part(self.texture.mean(self.texture.cover, samples._replace(azimuth=samples.azimuth - self.angle)))
+
+    def turned(self, angle: float) -> "AlphaOpacity":
+        """The opacity turned by an angle (radians, toward larger phi)."""
+        return replace(self, angle=self.angle + angle)
+
+
+def _part(values: Any) -> Float[Array, " n"]:
+    """Values (n, 1) as a part; their single precision may take them beyond 1."""
+    return np.clip(values[..., 0], 0, 1)
+
+
+def _opaque(
+    path: str | os.PathLike[str], light: Float32[Array, "h w 3"], alpha: Float32[Array, "h w"]
+) -> tuple[Float32[Array, "h w 3"], Float32[Array, "h w"]]:
+    """Light as it would be without its alpha, and the alpha."""
+    clear = (alpha == 0)[..., None]
+    if (clear & (light > 0)).any():
+        raise ValueError(
+            f"Argument `path` must name a picture without light where its alpha is 0, but {os.fspath(path)!r} has some."
+        )
+    return light / np.where(clear, np.float32(1), alpha[..., None]), alpha
+
+
+def _checked_alpha(alpha: ArrayLike, shape: tuple[int, ...]) -> Float[Array, "h w 1"]:
+    cover = real_array("alpha", alpha, np.float32)
+    if cover.shape != shape:
+        raise ValueError(f"Argument `alpha` must have the shape {shape} of the picture, but has {cover.shape}.")
+    if not ((cover >= 0) & (cover <= 1)).all():
+        raise ValueError("Argument `alpha` must hold numbers from 0 to 1.")
+    return cover[..., None]
+
+
+def _pyramid(picture: Float[Array, "h w channels"]) -> list[Array]:
+    """The picture and coarser ones, each half as fine."""
+    levels = [picture]
+    while min(levels[-1].shape[:2]) >= 2:
+        levels.append(_halved(levels[-1]))
+    return levels
+
+
+def _halved(picture: Float[Array, "h w channels"]) -> Float[Array, "_h _w channels"]:
+    """Means of two by two pixels; the last one of an odd number counts twice."""
+    rows, columns = picture.shape[:2]
+    even = np.pad(picture, ((0, rows % 2), (0, columns % 2), (0, 0)), mode="edge")
+    return (even[::2, ::2] + even[1::2, ::2] + even[::2, 1::2] + even[1::2, 1::2]) / 4
+
+
+def bilinear(picture: Float[Array, "h w channels"], down: Float[Array, " n"], right: Float[Array, " n"]) -> Any:
+    """Values (n, channels) at parts of the height and of the way round."""
+    rows, columns = picture.shape[:2]
+    y = np.clip(down * rows - 0.5, 0, rows - 1)
+    x = right * columns - 0.5
+    top, left = np.minimum(y.astype(int), max(rows - 2, 0)), np.floor(x).astype(int)
+    v, u = (y - top)[:, None].astype(np.float32), (x - left)[:, None].astype(np.float32)
+    below, left, beside = np.minimum(top + 1, rows - 1), left % columns, (left + 1) % columns
+    upper = picture[top, left] * (1 - u) + picture[top, beside] * u
+    lower = picture[below, left] * (1 - u) + picture[below, beside] * u
+    return upper * (1 - v) + lower * v
