@@ -4,6 +4,7 @@
 from . import disks as disks, functional as functional, pictures as pictures, skies as skies
 from .astronomy.physical_scale import PhysicalScale as PhysicalScale
 from .beams.beam import Beams as Beams, Rays as Rays, Status as Status
+from .beams.directions import tangent_basis as tangent_basis
 from .beams.ends import CelestialSphere as CelestialSphere, EquatorialPlane as EquatorialPlane, Sphere as Sphere
 from .beams.paths import ray_paths as ray_paths, trapped_orbit as trapped_orbit
 from .beams.trace import trace_beams as trace_beams, trace_rays as trace_rays
@@ -30,7 +31,6 @@ from .spacetime.camera import Camera as Camera
 from .spacetime.kerr import isco as isco
 from .spacetime.observer import Observer as Observer
 from .spacetime.shadow import shadow_edge as shadow_edge
-from .spacetime.sphere import tangent_basis as tangent_basis
 from .sweeps.run import sweep as sweep
 from .tracks.circles import circle_images as circle_images
 from .tracks.event_derivatives import event_derivatives as event_derivatives

@@ -1,6 +1,7 @@
 """Rays in space: places along each ray with their times, and its conjugate points."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import jax
@@ -29,7 +30,7 @@ from kerrcaustics.beams.path_beams import PathBeams, beams_along
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
-from kerrcaustics.spacetime.checks import apart, quoted, real_number, whole_number
+from kerrcaustics.spacetime.checks import apart, quoted, real_array, real_number, whole_number
 from kerrcaustics.spacetime.frame import Frame, Photon
 from kerrcaustics.spacetime.polar import mino_time_to_plane
 from kerrcaustics.spacetime.settings import own_settings
@@ -150,9 +151,8 @@ def ray_paths(
         Where a ray ends: math.inf, the celestial sphere; a radius, at its first arrival there; an `EquatorialPlane`,
         at its n-th crossing.
     start : float
-        Radius at which places begin, on the way in; the viewer's own if that is less. Rays from infinity have no place
-        at their own: there the first one lies a step on the way in, about n / pi times as far out as rays pass by the
-        hole.
+        Radius at which places begin, on the way in; the viewer's own if that is less. From infinity the first place
+        lies a step on the way in, about n / pi times as far out as rays pass by the hole.
     beams : bool
         True to have the diameters of the beam at each place, and their directions: `RayPaths.beams`.
 
@@ -190,12 +190,29 @@ def ray_paths(
     100.0
     """
     check_viewer(camera)
+    paths = paths_of_directions(camera, camera.directions(sky), n, end=end, start=start, beams=beams)
+    if paths.beams is None:
+        return paths
+    by_places = camera.by_places(real_array("sky", sky)[..., None, :], paths.beams.jacobian)
+    return replace(paths, beams=replace(paths.beams, jacobian=by_places))
+
+
+def paths_of_directions(
+    camera: Viewer,
+    directions: ArrayLike,
+    n: int,
+    *,
+    end: Wherever | End = math.inf,
+    start: float = math.inf,
+    beams: bool = False,
+) -> RayPaths:
+    """Paths of directions (..., 3) as engines take them, of an Observer too; all else as for `ray_paths`."""
     surface, begin = end_of(camera, end), min(_checked_start(camera, start), camera.radius)
     n = whole_number("n", n, 2, _MOST_POINTS)
-    directions, shape = as_vectors(camera.directions(sky))
-    directions = normalised(directions)
-    starts = range(0, max(len(directions), 1), _CHUNK)
-    parts = [_fields(camera, directions[i : i + _CHUNK], n, surface, begin, beams=beams) for i in starts]
+    vectors, shape = as_vectors(directions)
+    vectors = normalised(vectors)
+    starts = range(0, max(len(vectors), 1), _CHUNK)
+    parts = [_fields(camera, vectors[i : i + _CHUNK], n, surface, begin, beams=beams) for i in starts]
     fields = {name: np.concatenate([part[0][name] for part in parts]) for name in parts[0][0]}
     most = max(part[1]["radius"].shape[1] for part in parts)
     points = {name: np.concatenate([_widened(part[1][name], most) for part in parts]) for name in COORDINATES}
@@ -204,8 +221,6 @@ def ray_paths(
         {name: values.reshape((*shape, *values.shape[1:])) for name, values in part.items()}
         for part in (fields, points, along)
     )
-    if along:
-        along["jacobian"] = camera.by_places(np.asarray(sky, float)[..., None, :], along["jacobian"])
     opened = PathBeams(**along) if along else None
     paths: Any = fields | {"conjugate": SpacePoints(spin=camera.spin, **points), "beams": opened}
     return RayPaths(spin=camera.spin, **paths)

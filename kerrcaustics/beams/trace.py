@@ -103,8 +103,9 @@ def trace_rays(
     >>> rays.escaped.tolist(), bool(rays.error[0] < 1e-9)
     ([True, True], True)
     """
-    extra = _Extra(redshift=redshift, constants=constants, emission=emission)
-    return _traced(Rays, camera, sky, engine, tolerance, end, Wanted(time=time), extra)
+    check_viewer(camera)
+    extra = {"redshift": redshift, "constants": constants, "emission": emission}
+    return rays_of_directions(camera, camera.directions(sky), engine, tolerance, end=end, time=time, **extra)
 
 
 @usual_warnings
@@ -158,18 +159,52 @@ def trace_beams(
     >>> beams.index.tolist(), beams.jacobian.shape
     ([1], (1, 2, 2))
     """
+    check_viewer(camera)
+    wanted = {"time": time, "index": index, "crossings": crossings}
+    extra = {"redshift": redshift, "constants": constants, "emission": emission}
+    beams = beams_of_directions(camera, camera.directions(sky), engine, tolerance, end=end, **wanted, **extra)
+    return replace(beams, jacobian=camera.by_places(sky, beams.jacobian))
+
+
+def rays_of_directions(
+    camera: Viewer,
+    directions: ArrayLike,
+    engine: str = "auto",
+    tolerance: float = 1e-10,
+    *,
+    end: Wherever | End = math.inf,
+    time: bool = False,
+    **extra: bool,
+) -> Rays:
+    """Rays of directions (..., 3) as engines take them, of an Observer too; all else as for `trace_rays`."""
+    return _traced(Rays, camera, directions, engine, tolerance, end, Wanted(time=time), _Extra(**extra))
+
+
+def beams_of_directions(
+    camera: Viewer,
+    directions: ArrayLike,
+    engine: str = "auto",
+    tolerance: float = 1e-10,
+    *,
+    end: Wherever | End = math.inf,
+    time: bool = False,
+    index: bool = True,
+    crossings: bool = True,
+    redshift: bool = True,
+    **extra: bool,
+) -> Beams:
+    """Beams of directions (..., 3) as engines take them, varied along tangents there; else as for `trace_beams`."""
     wanted = Wanted(beams=True, index=index, crossings=crossings, time=time)
-    extra = _Extra(redshift=redshift, constants=constants, emission=emission)
-    return _traced(Beams, camera, sky, engine, tolerance, end, wanted, extra)
+    return _traced(Beams, camera, directions, engine, tolerance, end, wanted, _Extra(redshift=redshift, **extra))
 
 
-def trace_in_steps(camera: Viewer, sky: ArrayLike, engine: str, tolerance: float, end: End) -> Beams:
+def trace_in_steps(camera: Viewer, directions: ArrayLike, engine: str, tolerance: float, end: End) -> Beams:
     """Beams with their index, of a job that traces beams repeatedly: one program serves all of it.
 
-    Parameters as for `trace_beams`, which compiles another program for few beams.
+    Parameters as for `beams_of_directions`, which compiles another program for few beams.
     """
     wanted = Wanted(beams=True, index=True)
-    return _traced(Beams, camera, sky, engine, tolerance, end, wanted, _Extra(), many=True)
+    return _traced(Beams, camera, directions, engine, tolerance, end, wanted, _Extra(), many=True)
 
 
 def check_request(camera: Viewer, engine: str, tolerance: float) -> tuple[Engine, float]:
@@ -196,7 +231,7 @@ def _traced(
     """The result, traced block by block: on all cores, or in one stream of an accelerator."""
     chosen, tolerance = check_request(camera, engine, tolerance)
     surface = end_of(camera, end)
-    directions, shape = as_vectors(camera.directions(sky))
+    directions, shape = as_vectors(sky)
     count = len(directions)
     size, threads = (most_on_accelerator(), 1) if on_accelerator(count) else (_BLOCK, cores())
 
@@ -209,10 +244,7 @@ def _traced(
 
     first = block(0)
     ends = first if count <= size else _with_more(block, first, (count, size), threads)
-    fields = ends.shaped(shape).fields()
-    if wanted.beams:
-        fields["jacobian"] = camera.by_places(sky, fields["jacobian"])
-    result = kind(engine=chosen.value, **fields)
+    result = kind(engine=chosen.value, **ends.shaped(shape).fields())
     return replace(result, engine=in_words(result.engines)) if result.engines else result
 
 

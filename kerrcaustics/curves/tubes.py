@@ -15,7 +15,7 @@ from scipy.interpolate import PchipInterpolator
 
 from kerrcaustics.beams.bundles import COORDINATES
 from kerrcaustics.beams.ends import SKY
-from kerrcaustics.beams.paths import RayPaths, SpacePoints, ray_paths
+from kerrcaustics.beams.paths import RayPaths, SpacePoints, paths_of_directions
 from kerrcaustics.curves.caustic_search import check_orders
 from kerrcaustics.curves.critical_curves import CriticalCurve, curves_of, steps
 from kerrcaustics.curves.critical_points import Points
@@ -269,4 +269,4 @@ def _conjugate(
 
 
 def _paths(camera: Viewer, line_of_sight: Float[Array, "*batch 3"], places: int) -> RayPaths:
-    return ray_paths(camera, sky_from_fido(camera.frame(), -line_of_sight), places)
+    return paths_of_directions(camera, sky_from_fido(camera.frame(), -line_of_sight), places)

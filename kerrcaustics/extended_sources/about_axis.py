@@ -13,7 +13,7 @@ from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
 from kerrcaustics.beams.beam import Beams
-from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.extended_sources.arcs import BoundaryArcs
 from kerrcaustics.extended_sources.known_curves import at_places, refined
 from kerrcaustics.extended_sources.limb import Limb
@@ -133,4 +133,6 @@ class _SheetImages:
 
     def _beams(self, sky: Float[Array, "n 3"]) -> Beams:
         surface = self.sheets.surface.bare()
-        return trace_beams(self.sheets.camera, sky, "auto", TOLERANCE, end=surface, crossings=False, redshift=False)
+        return beams_of_directions(
+            self.sheets.camera, sky, "auto", TOLERANCE, end=surface, crossings=False, redshift=False
+        )

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.curves.critical_curves import CriticalCurve, between
 from kerrcaustics.extended_sources.arcs import NODES, BoundaryArcs
 from kerrcaustics.extended_sources.known_curves import at_places, refined
@@ -118,7 +118,7 @@ def _traced(
     if len(points) < len(wanted):
         return None
     sky = sheets.sky(points.line_of_sight)
-    beams = trace_beams(
+    beams = beams_of_directions(
         sheets.camera, sky, "auto", TOLERANCE, end=sheets.surface.bare(), crossings=False, redshift=False
     )
     # The minor diameter grows by about the major one over an e-folding of the distance from the shadow edge.

@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import End
-from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.extended_sources.arcs import (
     DERIVATIVE,
     GUESSED,
@@ -174,7 +174,7 @@ class Limb:
         parts: places along arcs, in (-1, 1), where they are; size: of the arcs, radians.
         """
         shape, flat = sky.shape, sky.reshape(-1, 3)
-        beams = trace_beams(
+        beams = beams_of_directions(
             self.camera, flat, "auto", TOLERANCE, end=self.surface.bare(), crossings=False, redshift=False
         )
         offset = self.offset(flat, beams)

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from kerrcaustics.beams.ends import End, EquatorialPlane
-from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.curves.critical_curves import CriticalCurves
 from kerrcaustics.extended_sources.arcs import unit
 from kerrcaustics.lens_map.circles_in_plane import Circles
@@ -136,7 +136,7 @@ class Patch:
         """The rays at places of the chart."""
         sky = self.lines(phase, height if self.open_ended else np.clip(height, self.low, self.high))
         end = self.surface
-        beams = trace_beams(self.camera, sky, "auto", TOLERANCE, end=end, crossings=False, redshift=False)
+        beams = beams_of_directions(self.camera, sky, "auto", TOLERANCE, end=end, crossings=False, redshift=False)
         place, index = end.ends(beams), np.asarray(beams.index)
         return ChartRays(
             sky=sky,

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.optimize import linear_sum_assignment
 
-from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.extended_sources.arcs import GUESSED
 from kerrcaustics.extended_sources.limb import GuessedArcs
 from kerrcaustics.images.search import ImageSearch, search
@@ -59,7 +59,7 @@ def of_small_images(
     counts = searched.counts[len(extra_places) :]
     if not searched.certified[len(extra_places) :].all() or (counts != counts[0]).any():
         return None, searched
-    beams = trace_beams(
+    beams = beams_of_directions(
         sheets.camera, images.sky, "auto", TOLERANCE, end=sheets.surface, crossings=False, redshift=False
     )
     east = math.sin(circle.angle) * circle.upward_and_east(beams.direction)[1]

@@ -29,11 +29,11 @@ from kerrcaustics.functional.image_roots import Near, root
 from kerrcaustics.functional.local_map import Vector, determinant, jacobian, smooth, tangents, unit
 from kerrcaustics.functional.traced_arguments import (
     check_axis,
-    check_place,
     direction_of,
     flattened,
     parity_sign,
     wide,
+    wide_place,
     with_place,
 )
 from kerrcaustics.spacetime.camera import Velocity
@@ -145,9 +145,8 @@ def magnification(
     """
     motion = motion_of(velocity)
     with float64():
-        place, star, size = [wide(x) for x in (spin, radius, inclination)], wide(star), wide(size)
-        near, folds = wide(near), wide(folds)
-        check_place(*place)
+        place, star, size = wide_place(spin, radius, inclination), wide("star", star), wide("size", size)
+        near, folds = wide("near", near), wide("folds", folds)
         check_axis("star", star, 2, "(..., 2)")
         if not isinstance(size, Tracer) and not ((size > 0) & (size < 1)).all():
             raise ValueError("Argument `size` must lie between 0 and 1 radian.")

@@ -12,10 +12,10 @@ from kerrcaustics.functional.fold_patch import Patch, fold_where, patch_of, smoo
 from kerrcaustics.functional.local_map import Vector, determinant, smooth, tangents, unit
 from kerrcaustics.functional.traced_arguments import (
     check_axis,
-    check_place,
     direction_of,
     flattened,
     wide,
+    wide_place,
     with_place,
 )
 from kerrcaustics.spacetime.camera import Velocity
@@ -62,8 +62,7 @@ def event_time(
     """
     motion = motion_of(velocity)
     with float64():
-        place, path, near = [wide(x) for x in (spin, radius, inclination)], wide(path), wide(near)
-        check_place(*place)
+        place, path, near = wide_place(spin, radius, inclination), wide("path", path), wide("near", near)
         check_axis("path", path, 2, "(..., terms, 2)", axes=2)
         check_axis("near", near, 3, "(..., 3)")
         return _event_time(place, path, near, motion)

@@ -20,10 +20,10 @@ from kerrcaustics.functional.local_map import (
 )
 from kerrcaustics.functional.traced_arguments import (
     check_axis,
-    check_place,
     direction_of,
     parity_sign,
     wide,
+    wide_place,
     with_place,
 )
 from kerrcaustics.spacetime.camera import Velocity
@@ -223,8 +223,7 @@ def images(
     """
     motion = motion_of(velocity)
     with float64():
-        place, star, near = [wide(x) for x in (spin, radius, inclination)], wide(star), wide(near)
-        check_place(*place)
+        place, star, near = wide_place(spin, radius, inclination), wide("star", star), wide("near", near)
         check_axis("star", star, 2, "(..., 2)")
         check_axis("near", near, 3, "(..., number, 3)", axes=2)
         return _images(place, star, near, parity_sign(index, near.shape[:-1]), motion)

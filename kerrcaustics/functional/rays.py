@@ -7,7 +7,7 @@ import jax
 from jaxtyping import Array, Float
 
 from kerrcaustics.beams.differentiable import Moving, differentiable, end, float64, motion_of
-from kerrcaustics.functional.traced_arguments import check_axis, check_place, wide, with_place
+from kerrcaustics.functional.traced_arguments import check_axis, wide, wide_place, with_place
 from kerrcaustics.spacetime.camera import Velocity
 
 
@@ -51,8 +51,7 @@ def travel_time(
 def _traced(spin: Any, radius: Any, inclination: Any, sky: Any, velocity: Velocity, *, timed: bool) -> Array:
     motion = motion_of(velocity)
     with float64():
-        place, sky = [wide(x) for x in (spin, radius, inclination)], wide(sky)
-        check_place(*place)
+        place, sky = wide_place(spin, radius, inclination), wide("sky", sky)
         check_axis("sky", sky, 3, "(..., 3)")
         return _ends(*place, sky, motion, timed)
 

@@ -9,10 +9,11 @@ import numpy as np
 from jax.core import Tracer
 from jaxtyping import Array, Float
 
+from kerrcaustics.spacetime.checks import real_array
 from kerrcaustics.spacetime.viewer import LARGEST_RADIUS
 
 
-def check_place(spin: Array, radius: Array, inclination: Array) -> None:
+def _check_place(spin: Array, radius: Array, inclination: Array) -> None:
     """Raise ValueError for a place that no camera can have; traced arguments are not checked."""
     if not isinstance(spin, Tracer):
         if not ((spin >= 0) & (spin < 1)).all():
@@ -24,11 +25,20 @@ def check_place(spin: Array, radius: Array, inclination: Array) -> None:
         raise ValueError("Argument `inclination` must lie in [0, pi] radians.")
 
 
-def wide(value: Any) -> Array:
-    """The argument in float64; a traced one is converted by JAX."""
+def wide(name: str, value: Any) -> Array:
+    """The argument `name` in float64; a traced one, or numbers among which some are traced, are converted by JAX."""
     if isinstance(value, Tracer):
         return jax.lax.convert_element_type(value, jnp.float64)
-    return jnp.asarray(value, jnp.float64)
+    if any(isinstance(part, Tracer) for part in jax.tree.leaves(value)):
+        return jnp.asarray(value, jnp.float64)
+    return jnp.asarray(real_array(name, value))
+
+
+def wide_place(spin: Any, radius: Any, inclination: Any) -> list[Array]:
+    """The arguments of a camera's place in float64; a ValueError if they are numbers that no camera can have."""
+    place = [wide("spin", spin), wide("radius", radius), wide("inclination", inclination)]
+    _check_place(*place)
+    return place
 
 
 def check_axis(name: str, value: Array, count: int, shape: str, axes: int = 1) -> None:
@@ -60,9 +70,9 @@ def with_place(place: list[Array], *vectors: Array) -> Float[Array, "... numbers
 def parity_sign(index: Any, shape: tuple[int, ...]) -> Array:
     """The sign of det J of images of an index."""
     if isinstance(index, Tracer):
-        return jnp.broadcast_to(1 - 2 * wide(index % 2), shape)
+        return jnp.broadcast_to(1 - 2 * wide("index", index % 2), shape)
     # In numpy: what is constant stays so while JAX traces.
-    number = np.asarray(index)
+    number, _ = np.asarray(index), real_array("index", index)
     if not np.issubdtype(number.dtype, np.integer) or (number < 0).any():
         raise ValueError("Argument `index` must hold whole numbers of at least 0.")
-    return jnp.broadcast_to(1 - 2 * wide(number % 2), shape)
+    return jnp.broadcast_to(1 - 2 * wide("index", number % 2), shape)

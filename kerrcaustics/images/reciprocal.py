@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from kerrcaustics.beams.ends import Sphere, end_of
-from kerrcaustics.beams.trace import trace_rays
+from kerrcaustics.beams.trace import rays_of_directions
 from kerrcaustics.images.search import ImageSearch, SkyImages, search, searched_together
 from kerrcaustics.images.sheets import Sheets, sheets_of
 from kerrcaustics.lens_map.newton import find_roots
@@ -108,7 +108,7 @@ def _turned(camera: Viewer, star: Float[Array, "n 3"], sky: Array, sense: float,
     """
     if not len(sky):
         return sky
-    rays = trace_rays(camera, sky, end=end)
+    rays = rays_of_directions(camera, sky, end=end)
     angle = sense * (np.arctan2(star[:, 1], star[:, 0]) - rays.azimuth)
     (x, y, z), c, s = sky.T, np.cos(angle), np.sin(angle)
     return np.stack([x, c * y - s * z, s * y + c * z], axis=-1)

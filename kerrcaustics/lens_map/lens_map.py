@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float
 
 from kerrcaustics.beams.beam import Beams, Rays
 from kerrcaustics.beams.ends import SKY, End
-from kerrcaustics.beams.trace import check_request, trace_beams, trace_in_steps, trace_rays
+from kerrcaustics.beams.trace import beams_of_directions, check_request, rays_of_directions, trace_in_steps
 from kerrcaustics.lens_map.domains import Domain, domain_of
 from kerrcaustics.lens_map.search_sky import TOLERANCE, SearchSky, search_camera, search_sky
 from kerrcaustics.spacetime.arrays import HostVectors
@@ -65,7 +65,7 @@ class SearchMap:
         sky, wanted = sky_from_fido(self.camera.frame(), -line_of_sight).reshape(-1, 3), tolerance or self.tolerance
 
         def traced(sky: Array, end: End) -> Rays:
-            return trace_rays(self.camera, sky, self.engine, wanted, end=end)
+            return rays_of_directions(self.camera, sky, self.engine, wanted, end=end)
 
         rays = on_leaves(self.surface.bare(), sky, second_arrival.ravel(), traced)
         return rays.direction.reshape(line_of_sight.shape)
@@ -118,7 +118,7 @@ class LensMap:
 
         def traced(directions: Array, end: End) -> Beams:
             viewer = self.viewer if own else searched.search_camera
-            return trace_beams(viewer, directions, "auto", TOLERANCE, end=end, time=True)
+            return beams_of_directions(viewer, directions, "auto", TOLERANCE, end=end, time=True)
 
         beams = on_leaves(self.surface, place if own else sky, second_arrival, traced)
         _, azimuth = self.surface.angles(beams.direction, beams.azimuth)

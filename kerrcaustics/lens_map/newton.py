@@ -5,7 +5,7 @@ from jaxtyping import Float, Int
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import SKY, End
-from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.lens_map.domains import domain_of
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.lens_map.sky_chart import chart_of, straight
@@ -51,7 +51,7 @@ def find_roots(
     active = np.arange(n)
     trial, taken = sky, np.zeros(n)
     for _ in range(most_steps):
-        beams = trace_beams(camera, trial, "auto", TOLERANCE, crossings=False, redshift=False, end=end.bare())
+        beams = beams_of_directions(camera, trial, "auto", TOLERANCE, crossings=False, redshift=False, end=end.bare())
         wish, distance = _newton_step(end, star[active], trial, beams)
         before = residual[active]
         # A linear map would bring n' closer by the part of the step that is taken; a third of that is asked for.

@@ -7,7 +7,7 @@ from jaxtyping import Float, Int
 
 from kerrcaustics.beams.beam import Beams, Status
 from kerrcaustics.beams.ends import EquatorialPlane
-from kerrcaustics.beams.trace import trace_beams, trace_rays
+from kerrcaustics.beams.trace import beams_of_directions, rays_of_directions
 from kerrcaustics.lens_map.sky_lines import Lines
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.rows import Rows
@@ -80,14 +80,16 @@ class PlaneMap:
 
     def level(self, lines: Lines, distance: Float[Array, "lines places"]) -> Float[Array, "lines places"]:
         """1 / r at places on each line: 0 where rays escape before; twice the horizon's where they fall in."""
-        rays = trace_rays(self.camera, lines.sky(distance), self.engine, _COARSE, end=self.end)
+        rays = rays_of_directions(self.camera, lines.sky(distance), self.engine, _COARSE, end=self.end)
         lost = np.where(rays.status == Status.CAPTURED, 2 / kerr.horizon(self.camera.spin), 0.0)
         return np.where(np.isfinite(rays.radius), 1 / rays.radius, lost)
 
     def beams(self, sky: Float[Array, "points 3"], least: float = 0.0) -> Beams:
         """Beams of directions N; least, the tolerance where a larger one than usual will do."""
         tolerance = max(least, self.tolerance)
-        beams = trace_beams(self.camera, sky, self.engine, tolerance, end=self.end, crossings=False, redshift=False)
+        beams = beams_of_directions(
+            self.camera, sky, self.engine, tolerance, end=self.end, crossings=False, redshift=False
+        )
         self.beams_traced += len(sky)
         self.engines_used.update(beams.engines)
         return beams

@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float
 from kerrcaustics.beams.beam import Beams, Status
 from kerrcaustics.beams.emitters import radial_momentum
 from kerrcaustics.beams.spheres import Spheres
-from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.lens_map.search_sky import TOLERANCE, SearchSky
 from kerrcaustics.lens_map.sky_chart import Chart, chart_of
 from kerrcaustics.moving_sources.bent_steps import bent_step
@@ -79,7 +79,7 @@ class Source:
         """Beams to spheres, and the change of cos theta a little further out."""
         n = len(sky)
         spheres = Spheres(np.concatenate([radius, radius * (1 + _FURTHER)]), np.concatenate([second, second]))
-        beams = trace_beams(
+        beams = beams_of_directions(
             self.searched.search_camera,
             np.concatenate([sky, sky]),
             "auto",

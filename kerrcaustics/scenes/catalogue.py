@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial import KDTree
 
+from kerrcaustics.beams.directions import normalised
 from kerrcaustics.extras import needed
 from kerrcaustics.files import reading
 from kerrcaustics.results.declared import Shown
@@ -37,7 +38,7 @@ class StarCatalogue(Shown):
     Parameters
     ----------
     direction : (n, 3) array
-        Unit vectors.
+        Vectors of any length, such as positions in parsecs. They are normalised here.
     magnitude : (n,) array
     colour_index : (n,) array
         B - V.
@@ -72,6 +73,7 @@ class StarCatalogue(Shown):
                 )
             if not np.isfinite(values).all():
                 raise ValueError(f"Argument `{name}` must hold finite numbers.")
+        object.__setattr__(self, "direction", normalised(self.direction, "direction"))
 
     def __len__(self) -> int:
         """Number of stars."""

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from kerrcaustics.beams.ends import Spherical
-from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.colour import DAYLIGHT
 from kerrcaustics.scenes.disk.crossings import FINEST, DiskCrossings, Lattice, covered, crossings
@@ -98,7 +98,7 @@ def _pieces(exposure: Exposure, end: Spherical) -> int:
     x, y = _probes(exposure)
     camera, view, _, _ = exposure.middle
     sky, steps = view.directions(x, y)
-    beams = trace_beams(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False, end=end)
+    beams = beams_of_directions(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False, end=end)
     first, last = (ray_directions(moment, x, y, end) for moment in (exposure.first, exposure.last))
     columns = np.swapaxes(slopes(beams, sky, steps), 1, 2)
     ways = last - first, (first + last) / 2 - beams.direction

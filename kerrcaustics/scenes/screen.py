@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.scenes.raster import Raster, unit_vector
 from kerrcaustics.scenes.scene_checks import check_number, positive
-from kerrcaustics.spacetime.checks import numbers, quoted
+from kerrcaustics.spacetime.checks import numbers, quoted, real_array
 from kerrcaustics.spacetime.observer import Observer, from_screen, on_screen, screen_basis
 
 Array = np.ndarray
@@ -81,7 +81,7 @@ class Screen(Raster):
     def places(self, x: ArrayLike, y: ArrayLike) -> Float[Array, "*batch 2"]:
         """(alpha, beta) (..., 2), M, of places of the picture, in pixels: arrays that broadcast."""
         across, down = np.broadcast_arrays(
-            np.asarray(x, float) - (self.width - 1) / 2, np.asarray(y, float) - (self.height - 1) / 2
+            real_array("x", x) - (self.width - 1) / 2, real_array("y", y) - (self.height - 1) / 2
         )
         return self.centre + np.stack([across, down], axis=-1) @ self._steps.T
 
@@ -98,7 +98,7 @@ class Screen(Raster):
 
         Errors: round-off. The inverse of `places`, and of `directions`; places outside the picture are given too.
         """
-        place = np.asarray(sky, float)
+        place = real_array("sky", sky)
         place = on_screen(place) if place.shape[-1] == 3 else place
         middle = np.array([(self.width - 1) / 2, (self.height - 1) / 2])
         # The steps are at right angles, and of one length.

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32, Int
 
 from kerrcaustics.beams.ends import SKY, Sphere, Spherical
-from kerrcaustics.beams.trace import cores, trace_beams
+from kerrcaustics.beams.trace import beams_of_directions, cores
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.footprint import Footprint, turned
 from kerrcaustics.scenes.motion import ExposedMoment, Exposure
@@ -125,7 +125,7 @@ def _supersampled_pixels(
     y, x = (place[:, None, None] for place in np.divmod(which, view.width))
     x, y = np.broadcast_arrays(x + within, y + within[:, None])
     sky, steps = view.directions(x, y)
-    beams = trace_beams(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False, end=end)
+    beams = beams_of_directions(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False, end=end)
     columns = slopes(beams, sky, steps) / count
     inside = np.isfinite(columns[..., 0, 0])
     direction = turned(np.where(inside[..., None], beams.direction, np.nan), azimuth)

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import SKY, Spherical
-from kerrcaustics.beams.trace import cores, trace_beams, trace_rays
+from kerrcaustics.beams.trace import beams_of_directions, cores, rays_of_directions
 from kerrcaustics.scenes.coons_patches import doubts, weights
 from kerrcaustics.scenes.footprint import pixel_matrix, turned
 from kerrcaustics.scenes.motion import ExposedMoment, Exposure
@@ -151,7 +151,7 @@ class _SkyLattice(NamedTuple):
         left, top = self.on_picture(squares.x[chosen, None], squares.y[chosen, None])
         sky, _ = self.view.directions(left + x, top + y)
         azimuth = 0.0 if self.exposure is None else self.exposure.middle.azimuth
-        return turned(trace_rays(self.camera, sky, "auto", TOLERANCE, end=self.end).direction, azimuth)
+        return turned(rays_of_directions(self.camera, sky, "auto", TOLERANCE, end=self.end).direction, azimuth)
 
     def edge(self) -> tuple[Array, Array]:
         """Pixels on the shadow edge, some of them, on the lattice."""
@@ -173,7 +173,7 @@ def _beams(
 ) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 2"]]:
     """n' at upper left corners of pixels, and its slopes."""
     sky, steps = view.directions(x - 0.5, y - 0.5)
-    beams = trace_beams(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False, end=end)
+    beams = beams_of_directions(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False, end=end)
     return beams.direction, slopes(beams, sky, steps)
 
 
@@ -185,7 +185,7 @@ def _columns(moment: ExposedMoment, x: Array, y: Array, end: Spherical) -> Float
 
 def ray_directions(moment: ExposedMoment, x: ArrayLike, y: ArrayLike, end: Spherical) -> Float[Array, "*batch 3"]:
     """n' (..., 3) of rays at places of a view at a moment, for a sky at rest."""
-    rays = trace_rays(moment.camera, moment.view.directions(x, y)[0], "auto", TOLERANCE, end=end)
+    rays = rays_of_directions(moment.camera, moment.view.directions(x, y)[0], "auto", TOLERANCE, end=end)
     return turned(rays.direction, moment.azimuth)
 
 

@@ -11,7 +11,7 @@ from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.scenes.raster import Raster, unit_vector
 from kerrcaustics.scenes.scene_checks import check_number, positive
 from kerrcaustics.spacetime.camera import Camera, check_camera
-from kerrcaustics.spacetime.checks import if_degrees, one_of
+from kerrcaustics.spacetime.checks import if_degrees, one_of, real_array
 from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge
 
 Array = np.ndarray
@@ -128,8 +128,8 @@ class View(Raster):
         Errors: both are closed formulas, good to round-off.
         """
         across, above = np.broadcast_arrays(
-            (np.asarray(x, float) - (self.width - 1) / 2) * self.pixel,
-            ((self.height - 1) / 2 - np.asarray(y, float)) * self.pixel,
+            (real_array("x", x) - (self.width - 1) / 2) * self.pixel,
+            ((self.height - 1) / 2 - real_array("y", y)) * self.pixel,
         )
         chart = {"pinhole": _pinhole, "fisheye": _fisheye, "equirectangular": _equirectangular}[self.projection]
         local, to_right, to_up = chart(across, above)
@@ -145,7 +145,7 @@ class View(Raster):
 
     def pixel_sizes(self, x: ArrayLike, y: ArrayLike) -> Float[Array, "*batch"]:
         """Solid angles (...,), steradian, of the pixels at places of the picture: as of their steps, in closed form."""
-        across, above = (np.asarray(x, float) - (self.width - 1) / 2), (self.height - 1) / 2 - np.asarray(y, float)
+        across, above = (real_array("x", x) - (self.width - 1) / 2), (self.height - 1) / 2 - real_array("y", y)
         across, above = across * self.pixel, above * self.pixel
         if self.projection == "pinhole":
             return np.asarray(self.pixel**2 * (1 + across**2 + above**2) ** -1.5)
@@ -158,7 +158,7 @@ class View(Raster):
 
         Errors: round-off. The inverse of `directions`; places outside the picture are given too.
         """
-        n = np.asarray(sky, float) @ np.stack([self.forward, self.right, self.up]).T
+        n = real_array("sky", sky) @ np.stack([self.forward, self.right, self.up]).T
         along, right, up = np.moveaxis(n, -1, 0)
         if self.projection == "pinhole":
             with np.errstate(divide="ignore", invalid="ignore"):

@@ -12,6 +12,13 @@ from kerrcaustics.choices import near
 
 # Characters of a value in a message.
 _LONGEST = 80
+# By NumPy's letters of kinds: those of texts, and what numbers of the others are not.
+_TEXTS = "SUTV"
+_LOST = {
+    "M": ("plain numbers", "dates: times are numbers, in units of M"),
+    "m": ("plain numbers", "time spans: times are numbers, in units of M"),
+    "c": ("real numbers", "complex ones: pass their real parts"),
+}
 
 
 def quoted(value: Any) -> str:
@@ -61,11 +68,15 @@ def instance_of(name: str, value: Any, kind: type) -> None:
 
 def real_array(name: str, value: Any, kind: type = float) -> np.ndarray:
     """The argument `name` as an array of floats, not copied if it is one; a ValueError if it holds no numbers."""
-    try:
-        return np.asarray(value, kind)
-    except (TypeError, ValueError, OverflowError) as error:
-        refuse_traced(name, error)
-        raise ValueError(f"Argument `{name}` must hold numbers, but is {quoted(value)}.") from None
+    array = _floats(name, value, kind)
+    if array is None:
+        raise ValueError(f"Argument `{name}` must hold numbers, but is {quoted(value)}.")
+    return array
+
+
+def _is_own_unit(unit: str) -> bool:
+    """True for units that results have as Datasets, and in which arguments are."""
+    return unit in ("", "1", "rad") or "GM" in unit
 
 
 def whole_number(name: str, value: Any, least: int, most: int | None = None) -> int:
@@ -98,11 +109,54 @@ def real_number(name: str, value: Any) -> float:
 
 def numbers(name: str, value: Any) -> np.ndarray:
     """The argument `name` as a new array of floats, one NaN if it holds none. A ValueError if JAX traces it."""
+    array = _floats(name, value, float)
+    return np.array(np.nan if array is None else array)
+
+
+def _floats(name: str, value: Any, kind: type) -> np.ndarray | None:
+    """The argument `name` as an array of floats; None if it holds no numbers."""
+    array = _plain(name, value)
+    if array is None or array.dtype.kind in _TEXTS:
+        return None
+    if array.dtype.kind == "O" and any(isinstance(part, str | bytes) for part in array.flat):
+        return None
     try:
-        return np.array(value, float)
+        return np.asarray(array, kind)
     except (TypeError, ValueError, OverflowError) as error:
         refuse_traced(name, error)
-        return np.array(np.nan)
+        return None
+
+
+def _plain(name: str, value: Any) -> np.ndarray | None:
+    """The argument `name` as an array, None if it makes none; a ValueError if its numbers would lose their meaning."""
+    _refuse_unit_and_mask(name, value)
+    try:
+        array = np.asarray(value)
+    except (TypeError, ValueError, OverflowError) as error:
+        refuse_traced(name, error)
+        return None
+    if array.dtype.kind in _LOST:
+        must, but = _LOST[array.dtype.kind]
+        raise ValueError(f"Argument `{name}` must hold {must}, but holds {but}.")
+    return array
+
+
+def _refuse_unit_and_mask(name: str, value: Any) -> None:
+    """Raise ValueError if an array, or one in a list, has a unit or masked numbers, which NumPy would leave behind."""
+    if isinstance(value, list | tuple):
+        for part in value:
+            if not isinstance(part, float | int):
+                _refuse_unit_and_mask(name, part)
+        return
+    unit = getattr(value, "unit", getattr(value, "units", None))
+    if unit is not None and not (hasattr(value, "attrs") and _is_own_unit(str(unit))):
+        raise ValueError(
+            f"Argument `{name}` must hold plain numbers, but has the unit {unit}: convert it, angles to radians, "
+            "lengths and times to units of M, and pass the numbers alone."
+        )
+    masked = getattr(value, "mask", False)
+    if not callable(masked) and np.any(masked):
+        raise ValueError(f"Argument `{name}` must hold no masked numbers, but some are masked: leave those out.")
 
 
 def refuse_traced(name: str, error: Exception) -> None:
@@ -134,7 +188,5 @@ def _item(name: str, value: Any) -> Any:
     refuse_tracer(name, value)
     if getattr(value, "ndim", None) != 0:
         return value
-    try:
-        return value.item()
-    except (TypeError, ValueError):
-        return value
+    array = _plain(name, value)
+    return value if array is None else array.item()

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.results.declared import derived, quantity, result
-from kerrcaustics.spacetime.checks import numbers, real_number
+from kerrcaustics.spacetime.checks import real_array, real_number
 from kerrcaustics.spacetime.frame import Frame
 from kerrcaustics.spacetime.sphere import tangent_basis
 from kerrcaustics.spacetime.viewer import LARGEST_RADIUS, Viewer, check_place, finite_number, frame_at
@@ -102,8 +102,8 @@ class Observer(Viewer):
         return 0.0
 
     def directions(self, sky: Any) -> Any:
-        """Directions (..., 3), as engines take them, of places (..., 2) on the screen, or of such directions."""
-        return from_screen(sky) if _is_on_screen(sky) else sky
+        """Directions (..., 3), as engines take them, of places (alpha, beta) (..., 2) on the screen."""
+        return from_screen(sky)
 
     def places(self, sky: np.ndarray) -> np.ndarray:
         """Places (alpha, beta) (..., 2) on the screen, of directions (..., 3) as engines take them."""
@@ -115,8 +115,6 @@ class Observer(Viewer):
 
     def by_places(self, sky: Any, jacobian: np.ndarray) -> np.ndarray:
         """Jacobians by beta and alpha: in this order the determinant has the sign of the parity."""
-        if not _is_on_screen(sky):
-            return jacobian
         directions = from_screen(sky)
         (along_alpha, along_beta), tangents = screen_basis(directions), np.stack(tangent_basis(directions), axis=-2)
         return jacobian @ tangents @ np.stack([along_beta, along_alpha], axis=-1)
@@ -129,14 +127,14 @@ def _frame(observer: Observer) -> Frame:
     return frame._replace(cylindrical_scale=zoom * frame.cylindrical_scale, zoom=zoom, start=0.0)
 
 
-def _is_on_screen(sky: Any) -> bool:
-    """True for places given by (alpha, beta)."""
-    return np.ndim(sky) > 0 and np.shape(sky)[-1] == 2
-
-
 def from_screen(place: ArrayLike) -> np.ndarray:
     """The directions (..., 3), as engines take them, of places (alpha, beta) (..., 2) on a screen."""
-    places = numbers("sky", place)
+    places = real_array("sky", place)
+    if places.ndim == 0 or places.shape[-1] != 2:
+        raise ValueError(
+            "Argument `sky` must have shape (..., 2) for an Observer, places (alpha, beta) in units of M, but has "
+            f"{places.shape}."
+        )
     if not np.isfinite(places).all():
         raise ValueError("Argument `sky` must hold finite numbers (alpha, beta).")
     return np.stack(sphere_parts(places[..., 0], places[..., 1]), axis=-1)

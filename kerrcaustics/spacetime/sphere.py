@@ -9,35 +9,9 @@ from kerrcaustics.spacetime.arrays import HostReals, HostVectors, Vectors
 
 
 def tangent_basis(n: Vectors, xp: Any = np) -> tuple[Vectors, Vectors]:
-    """Two unit tangents (e_1, e_2) at each point n of the sphere, with e_1 x e_2 = n.
+    """The two tangents of the public `tangent_basis` at unit vectors n (..., 3), unchecked.
 
-    Parameters
-    ----------
-    n : (..., 3) array
-        Unit vectors.
-    xp : module
-        Of the arrays: numpy or jax.numpy.
-
-    Returns
-    -------
-    (..., 3) arrays
-        e_1 and e_2.
-
-    Errors
-    ------
-    Orthonormal to round-off everywhere, poles included; discontinuous only across n_z = 0.
-
-    References
-    ----------
-    Duff et al. 2017, J. Comput. Graph. Tech. 6(1).
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import kerrcaustics as kc
-    >>> one, two = kc.tangent_basis(np.array([[0.0, 0.0, 1.0]]))
-    >>> one.shape
-    (1, 3)
+    References: Duff et al. 2017, J. Comput. Graph. Tech. 6(1).
     """
     e_1, e_2 = tangent_parts(n[..., 0], n[..., 1], n[..., 2], xp)
     return xp.stack(e_1, axis=-1), xp.stack(e_2, axis=-1)

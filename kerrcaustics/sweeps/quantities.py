@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
-from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.curves.caustic import Caustic
 from kerrcaustics.curves.caustic_search import caustics
 from kerrcaustics.images.counts import count_map
@@ -212,7 +212,7 @@ def _magnification(scene: Scene, camera: Camera) -> dict[str, Array]:
     z = 1 - (2 * number + 1) / scene.directions
     across = np.sqrt(1 - z**2)
     sky = np.stack([across * np.cos(_GOLDEN * number), across * np.sin(_GOLDEN * number), z], axis=-1)
-    beams = trace_beams(camera, sky, "auto", scene.tolerance, crossings=False, redshift=False)
+    beams = beams_of_directions(camera, sky, "auto", scene.tolerance, crossings=False, redshift=False)
     parts = []
     for part in (slice(None), *(slice(first, None, 4) for first in range(4))):
         escaped = np.asarray(beams.escaped)[part]

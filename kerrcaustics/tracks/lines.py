@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import elementwise
 
 from kerrcaustics.beams.beam import Beams
-from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.images.images import checked_sheets
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap
@@ -209,7 +209,9 @@ def _along_curves(images: CircleImages, path: _SkyLine) -> dict[int, int]:
 
 
 def _beams(sheets: Sheets, sky: Float[Array, "places 3"]) -> Beams:
-    beams = trace_beams(sheets.camera, sky, "auto", TOLERANCE, crossings=False, redshift=False, end=sheets.surface)
+    beams = beams_of_directions(
+        sheets.camera, sky, "auto", TOLERANCE, crossings=False, redshift=False, end=sheets.surface
+    )
     if not beams.escaped.all():
         raise ValueError("Argument `line` must not touch the shadow.")
     return beams

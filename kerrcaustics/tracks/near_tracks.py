@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import End, Sphere
-from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.images.reciprocal import directions, sheets_from
 from kerrcaustics.lens_map.lens_map import LensMap, on_leaves
 from kerrcaustics.lens_map.measured_light import MeasuredLight, measured_light
@@ -129,6 +129,6 @@ def _nearest(
 
 def _traced(camera: Viewer, sky: Float[Array, "n 3"], second_arrival: Bool[Array, " n"], end: Sphere) -> Beams:
     def traced(sky: Array, end: End) -> Beams:
-        return trace_beams(camera, sky, "auto", TOLERANCE, end=end)
+        return beams_of_directions(camera, sky, "auto", TOLERANCE, end=end)
 
     return on_leaves(end, sky, second_arrival, traced)

@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import CelestialSphere, Sphere
-from kerrcaustics.beams.trace import trace_beams, trace_rays
+from kerrcaustics.beams.trace import beams_of_directions, rays_of_directions
 from kerrcaustics.curves.critical_curves import CriticalCurves
 from kerrcaustics.lens_map.domains import Ring, domain_of
 from kerrcaustics.lens_map.search_sky import TOLERANCE, SearchSky, search_sky
@@ -106,7 +106,7 @@ def _first_depths(
     part = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
     depth = first[:, None] + part * (last - first)[:, None]
     lines = _LineFamily(sky.search_camera, source.surface, np.repeat(edge_phase, _SAMPLES))
-    rays = trace_rays(sky.search_camera, lines.sky(depth.ravel()), "auto", _OF_SAMPLES, end=source.surface)
+    rays = rays_of_directions(sky.search_camera, lines.sky(depth.ravel()), "auto", _OF_SAMPLES, end=source.surface)
     away = np.nan_to_num(lengths(rays.direction - source.star), nan=math.inf).reshape(depth.shape)
     return depth[np.arange(count), away.argmin(axis=1)], first, last
 
@@ -214,7 +214,7 @@ class _LineFamily:
     def at(self, depth: Float[Array, " lines"]) -> _Here:
         sky, step = self.sky(depth), _DIFFERENCE
         deeper = (self.sky(depth + step) - self.sky(depth - step)) / (2 * step)
-        beams = trace_beams(
+        beams = beams_of_directions(
             self.camera,
             sky,
             "auto",

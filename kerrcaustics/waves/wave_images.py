@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.images.images import StarImages
 from kerrcaustics.lens_map.search_sky import TOLERANCE, search_sky
 from kerrcaustics.spacetime.frame import line_of_sight_from_sky
@@ -45,7 +45,7 @@ def wave_images(source: WaveSource, images: StarImages) -> WaveImages:
     viewer, sky = images.camera, search_sky(images.camera)
     camera, end = sky.search_camera, source.surface
     places = sky.searched(images.sky)
-    beams = trace_beams(
+    beams = beams_of_directions(
         camera, places, "auto", TOLERANCE, end=end, time=True, index=False, crossings=False, constants=True
     )
     assert beams.time is not None

@@ -16,7 +16,7 @@ from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.beam import Rays, Status
 from kerrcaustics.beams.ends import EquatorialPlane
-from kerrcaustics.beams.trace import trace_beams, trace_rays
+from kerrcaustics.beams.trace import beams_of_directions, rays_of_directions
 from kerrcaustics.scenes.coons_patches import doubt
 from kerrcaustics.scenes.footprint import pixel_matrix
 from kerrcaustics.scenes.quadtree import Division, Level, Squares, fill, find, joined, merged
@@ -145,7 +145,7 @@ class Lattice(NamedTuple):
         sky, steps = self._directions(x, y)
         end = EquatorialPlane(crossing)
         without = {"index": False, "crossings": False, "redshift": False}
-        beams = trace_beams(self.camera, sky, "auto", _TOLERANCE, end=end, time=self.timed, **without)
+        beams = beams_of_directions(self.camera, sky, "auto", _TOLERANCE, end=end, time=self.timed, **without)
         radius, per_pixel = beams.radius, pixel_matrix(beams, sky, steps)
         slope = np.stack([-per_pixel[:, 0] / radius[:, None] ** 2, per_pixel[:, 1] / radius[:, None]], axis=1)
         there = np.isfinite(slope.sum(axis=(1, 2)))
@@ -157,7 +157,7 @@ class Lattice(NamedTuple):
         """1 / r and phi (n, 2), and the extra values (n, 5), of rays at places on the lattice; NaN for none."""
         sky, _ = self._directions(x, y)
         end = EquatorialPlane(crossing)
-        rays = trace_rays(self.camera, sky, "auto", _TOLERANCE, end=end, time=self.timed)
+        rays = rays_of_directions(self.camera, sky, "auto", _TOLERANCE, end=end, time=self.timed)
         return np.stack([1 / rays.radius, rays.azimuth], axis=-1), self._extra(sky, rays)
 
     def _directions(self, x: Array, y: Array) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 2"]]:

@@ -17,7 +17,7 @@ from kerrcaustics.scenes.disk.lighting import covered_part
 from kerrcaustics.scenes.disk.ring_images import ring_images
 from kerrcaustics.scenes.scene_checks import check_number
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import numbers, one_of, quoted, whole_number
+from kerrcaustics.spacetime.checks import numbers, one_of, quoted, real_array, whole_number
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
@@ -176,7 +176,7 @@ def _law(emissivity: Any) -> Callable[[Array], Array]:
         return lambda radius: radius**-power
 
     def values(radius: Array) -> Array:
-        light = np.asarray(emissivity(radius), float) + np.zeros_like(radius)
+        light = real_array("emissivity", emissivity(radius)) + np.zeros_like(radius)
         if not (np.isfinite(light).all() and (light >= 0).all()):
             raise ValueError("Argument `emissivity` must be a function whose values are numbers from 0 on.")
         return light

@@ -20,7 +20,7 @@ from kerrcaustics.scenes.scene_checks import (
     not_negative,
     positive,
 )
-from kerrcaustics.spacetime.checks import numbers, quoted
+from kerrcaustics.spacetime.checks import numbers, quoted, real_array
 
 Array = np.ndarray
 Law = Callable[[Array, Array, Array], Any]
@@ -299,7 +299,7 @@ class Volume:
             inside = (radius >= self.colour.inner) & (radius <= self.colour.outer)
             return self.colour.mean(radius, theta, azimuth, width) * inside[:, None]
         colour = self.colour(radius, theta, azimuth) if callable(self.colour) else self.colour
-        values = np.asarray(colour, float) + np.zeros((len(radius), 3))
+        values = real_array("colour", colour) + np.zeros((len(radius), 3))
         if not (np.isfinite(values).all() and (values >= 0).all()):
             raise ValueError("Argument `colour` must be a function whose values are finite and not negative.")
         return values
@@ -324,7 +324,7 @@ class Volume:
     def _orbital(self, spin: float, radius: Array, theta: Array, shift: Array) -> Array:
         """Angular velocity dphi / dt (n,)."""
         if callable(self.motion):
-            return np.asarray(self.motion(radius, theta), float) + np.zeros_like(radius)
+            return real_array("motion", self.motion(radius, theta)) + np.zeros_like(radius)
         if self.motion == "circular":
             return 1 / (spin + np.abs(radius * np.sin(theta)) ** 1.5)
         return shift if self.motion == "fiducial" else np.zeros_like(radius)
@@ -337,7 +337,7 @@ def _values(law: Any, name: str, radius: Array, theta: Array, azimuth: Array, wi
         return np.where(inside, law.mean(radius, theta, azimuth, width), 0.0)
     if not callable(law):
         return np.full(radius.shape, float(law))
-    values = np.asarray(law(radius, theta, azimuth), float) + np.zeros_like(radius)
+    values = real_array(name, law(radius, theta, azimuth)) + np.zeros_like(radius)
     if not (np.isfinite(values).all() and (values >= 0).all()):
         raise ValueError(f"Argument `{name}` must be a function whose values are finite and not negative.")
     return values

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.images.search import search
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.newton import find_roots
@@ -129,7 +129,7 @@ class Branches:
         return Nodes(events.longitude, events.order, sky, np.zeros_like(sky), np.zeros(len(sky)), np.arange(len(sky)))
 
     def _images(self, longitude: _Reals, index: _Numbers, sky: _Directions, error: _Reals) -> Nodes:
-        beams = trace_beams(
+        beams = beams_of_directions(
             self.sheets.camera, sky, "auto", TOLERANCE, end=self.sheets.surface, crossings=False, redshift=False
         )
         east = math.sin(self.circle.angle) * self.circle.upward_and_east(beams.direction)[1]
