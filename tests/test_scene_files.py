@@ -917,7 +917,7 @@ def test_letters_have_the_size_and_the_colour_that_is_wanted(scene, painted):
 def test_numbers_in_captions_have_four_digits(value, reported):
     overlays = importlib.import_module("kerrcaustics.scene_files.overlays")
     moment = SimpleNamespace(named=lambda _name: SimpleNamespace(value=value))
-    assert overlays._filled("{radius}", moment) == reported
+    assert overlays.filled_caption("{radius}", moment) == reported
 
 
 @pytest.mark.parametrize("radius", [60, 250, 700])
@@ -928,9 +928,9 @@ def test_names_beside_curves_lie_in_the_picture(radius, direction, within):
     view = SimpleNamespace(width=960, height=540, pixels=np.asarray)
     turn = np.linspace(0, 2 * math.pi, 720, endpoint=False)
     circle = [480, 270] + radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    name = overlays._Name("primary critical curve", circle, "white", direction, within)
-    points, begin, room = overlays._beside(view, name, 16.0)
-    width = 16.0 * overlays._LETTER * len(name.text)
+    name = overlays.CurveName("primary critical curve", circle, "white", direction, within)
+    points, begin, room = overlays.places_beside(view, name, 16.0)
+    width = 16.0 * overlays.LETTER_WIDTH * len(name.text)
     if radius == 700:
         # The circle is not in the picture.
         assert not np.isfinite(room).any()
@@ -949,7 +949,7 @@ def test_the_shadow_edge_has_its_name_in_the_shadow():
     view = kc.pictures.View.toward_hole(camera, 960, 540, 1.0)
     ax = Figure(figsize=(9.6, 5.4), dpi=100).add_axes((0, 0, 1, 1))
     rendering = SimpleNamespace(camera=camera, view=view, sky_radius=math.inf)
-    overlays._draw(ax, contents.OverlaysTable(shadow_edge=True, labels="beside"), rendering)
+    overlays.draw_lines(ax, contents.OverlaysTable(shadow_edge=True, labels="beside"), rendering)
     (text,) = ax.texts
     edge = view.pixels(kc.shadow_edge(camera, 720))
     assert text.get_text() == "shadow edge" and Outline(edge).contains_point(text.get_position())

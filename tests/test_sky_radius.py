@@ -161,7 +161,7 @@ def test_a_disk_is_within_the_sphere():
 def test_lines_over_a_picture_are_those_of_its_sphere(monkeypatch):
     ends = []
     monkeypatch.setattr(overlays, "caustics", lambda camera, orders, end: ends.append(end) or [])
-    monkeypatch.setattr(overlays, "_tracks", lambda *_, end: ends.append(end) or SimpleNamespace(tracks=[]))
+    monkeypatch.setattr(overlays, "tracks_of", lambda *_, end: ends.append(end) or SimpleNamespace(tracks=[]))
     rendering = SimpleNamespace(camera=CAMERA, view=SIDEWAYS, sky_radius=RADIUS)
     table = overlays.OverlaysTable(critical_curves=2, tracks=(80.0,))
     overlays.overlaid(np.zeros((18, 32, 3), np.uint8), table, rendering, None)

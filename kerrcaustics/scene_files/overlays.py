@@ -44,7 +44,7 @@ _MARGIN, _PADDING = 0.9, 0.35
 # curves, in units of the type.
 _BESIDE, _BEYOND = (40.0, -40.0, 140.0, -140.0, 0.0, 180.0, 90.0, -90.0), 1.6
 # The width of a letter, and lines that captions take, in units of the type.
-_LETTER, _CAPTION_LINES = 0.6, 3.0
+LETTER_WIDTH, _CAPTION_LINES = 0.6, 3.0
 # Opacity of what names beside curves stand on: more than behind captions, so that colours are read on bright skies.
 _PLATE = 0.8
 # Digits of numbers in captions that come without a format.
@@ -60,7 +60,7 @@ _EDGE_POINTS = 720
 _EDGE_LINE: dict[str, Any] = {"color": "#B0B0B0", "linewidth": 1.0, "linestyle": "--", "path_effects": [_DARK]}
 _POLE: dict[str, Any] = {"marker": "*", "markersize": 16.0, "markeredgecolor": "black", "linestyle": "none"}
 # The same for all frames of a camera on a circular orbit.
-_tracks, _images = lru_cache(maxsize=64)(star_tracks), lru_cache(maxsize=8)(star_images)
+tracks_of, images_of = lru_cache(maxsize=64)(star_tracks), lru_cache(maxsize=8)(star_images)
 
 
 def overlaid(
@@ -76,14 +76,15 @@ def overlaid(
         ax.set_axis_off()
         extent = (-0.5, width - 0.5, height - 0.5, -0.5)
         ax.imshow(picture, interpolation="nearest", extent=extent, aspect="auto")
-        _draw(ax, overlays, rendering)
+        draw_lines(ax, overlays, rendering)
         if overlays.caption:
-            _write(ax, _filled(overlays.caption, moment), overlays)
+            _write(ax, filled_caption(overlays.caption, moment), overlays)
         drawing = pixels(figure)
     return drawing[:height, :width]
 
 
-def _draw(ax: Axes, overlays: OverlaysTable, rendering: Rendering) -> None:
+def draw_lines(ax: Axes, overlays: OverlaysTable, rendering: Rendering) -> None:
+    """Draw the curves that are asked for, with their names."""
     camera, view = rendering.camera, rendering.view
     lines: list[Line2D] = []
     most = min(max(overlays.critical_curves - 1, 1), HIGHEST_INDEX)
@@ -99,7 +100,7 @@ def _draw(ax: Axes, overlays: OverlaysTable, rendering: Rendering) -> None:
         lines.append(Line2D([], [], label="shadow edge", **_EDGE_LINE))
         if overlays.labels == "beside":
             # Where it is dark: curves of high order lie beyond.
-            _write_name(ax, view, _Name("shadow edge", edge, _EDGE_LINE["color"], 0.0, within=True), overlays)
+            _write_name(ax, view, CurveName("shadow edge", edge, _EDGE_LINE["color"], 0.0, within=True), overlays)
     if overlays.critical_curves:
         curves = caustics(camera, overlays.critical_curves, end=rendering.sky_radius)
         one: dict[str, Any] = {"color": overlays.curve_colour} if overlays.curve_colour else {}
@@ -112,12 +113,12 @@ def _draw(ax: Axes, overlays: OverlaysTable, rendering: Rendering) -> None:
                 lines.append(Line2D([], [], linewidth=1.6, label=listed, **line))
             if overlays.labels == "beside":
                 direction = _BESIDE[(curve.order - 1) % len(_BESIDE)]
-                _write_name(ax, view, _Name(label, curve.sky, line["color"], direction), overlays)
+                _write_name(ax, view, CurveName(label, curve.sky, line["color"], direction), overlays)
     if overlays.labels is True and lines:
         _list_names(ax, lines, overlays)
 
 
-class _Name(NamedTuple):
+class CurveName(NamedTuple):
     """A name beside a curve, in a direction from its middle (degrees, up from the right), beyond it or within."""
 
     text: str
@@ -145,10 +146,10 @@ def _list_names(ax: Axes, lines: list[Line2D], overlays: OverlaysTable) -> None:
         text.set_color(overlays.colour)
 
 
-def _write_name(ax: Axes, view: Raster, name: _Name, overlays: OverlaysTable) -> None:
+def _write_name(ax: Axes, view: Raster, name: CurveName, overlays: OverlaysTable) -> None:
     """The name of a curve beside it, in its colour, where there is room for it in the picture."""
     size = _type_size(ax, overlays)
-    points, ends, room = _beside(view, name, size * ax.figure.dpi / 72)
+    points, ends, room = places_beside(view, name, size * ax.figure.dpi / 72)
     if not room.max(initial=-np.inf) > -np.inf:
         return
     best = int(np.argmax(room))
@@ -161,11 +162,11 @@ def _write_name(ax: Axes, view: Raster, name: _Name, overlays: OverlaysTable) ->
     ax.annotate(name.text, tuple(points[best]), tuple(ends[best]), **look)
 
 
-def _beside(
-    view: Raster, name: _Name, letter: float
+def places_beside(
+    view: Raster, name: CurveName, letter: float
 ) -> tuple[Float[Array, "m 2"], Float[Array, "m 2"], Float[Array, " m"]]:
     """Points of a curve, where its name begins beside them, and how good that is: -inf for no room."""
-    places, width = view.pixels(name.sky), _LETTER * len(name.text) * letter
+    places, width = view.pixels(name.sky), LETTER_WIDTH * len(name.text) * letter
     middle = (np.nanmin(places, axis=0) + np.nanmax(places, axis=0)) / 2
     away = (places - middle) / np.linalg.norm(places - middle, axis=1, keepdims=True)
     angle = math.radians(name.direction)
@@ -206,7 +207,7 @@ def _draw_tracks(ax: Axes, stars: tuple[float, ...], most: int, rendering: Rende
     limits, lines = (ax.get_xlim(), ax.get_ylim()), []
     for i, theta in enumerate(stars):
         with about("overlays", theta=f"overlays.tracks[{i}]", camera="overlays.tracks"):
-            star = _tracks(rendering.camera, math.radians(theta), most, end=rendering.sky_radius)
+            star = tracks_of(rendering.camera, math.radians(theta), most, end=rendering.sky_radius)
         for track in star.tracks:
             for index, places in moving_lines(star, track, view.pixels(track.sky), view.width / 2):
                 lines.append((index, places))
@@ -219,7 +220,7 @@ def _draw_tracks(ax: Axes, stars: tuple[float, ...], most: int, rendering: Rende
 def _draw_poles(ax: Axes, most: int, rendering: Rendering) -> None:
     """Five-pointed stars on the images of the two stars on the spin axis, in the colours of tracks."""
     for theta in (0.0, math.pi):
-        images = _images(rendering.camera, (theta, 0.0), most, end=rendering.sky_radius)
+        images = images_of(rendering.camera, (theta, 0.0), most, end=rendering.sky_radius)
         for place, index in zip(rendering.view.pixels(images.sky), images.index, strict=True):
             ax.plot(*place, color=style.index_colour(index, on_black=True), scalex=False, scaley=False, **_POLE)
 
@@ -237,7 +238,7 @@ def _write(ax: Axes, text: str, overlays: OverlaysTable) -> None:
     ax.annotate(text, inset, offset, xycoords="axes fraction", textcoords="offset points", **look)
 
 
-def _filled(caption: str, moment: Moment) -> str:
+def filled_caption(caption: str, moment: Moment) -> str:
     """A caption with the values of the names in braces."""
 
     def value(match: re.Match[str]) -> str:
