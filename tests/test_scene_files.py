@@ -580,7 +580,10 @@ BAD = [
     ("disk.inner=14", "disk.inner must be smaller than disk.outer (12), but is 14."),
     ("disk.inner=-3", "disk.inner must be a positive, finite radius, but is -3.0."),
     ("disk.opacity=1.5", "disk.opacity must be a number from 0 to 1, or a function, but is 1.5."),
-    ("disk.motion=wild", "disk.motion must be circular, retrograde, static or plunging, but is 'wild'."),
+    (
+        "disk.motion=wild",
+        "disk.motion must be circular, retrograde, static, plunging or retrograde-plunging, but is 'wild'.",
+    ),
     ("disk.emission.peak=-4500", "disk.emission.peak must be a temperature above 0"),
     ("disk.emission={kind='texture', file='scene.toml'}", "disk.emission.file must end in .png"),
     ("disk.emission={kind='texture', file='no.png'}", "disk.emission.file must name a picture that can be read"),
@@ -1037,7 +1040,10 @@ def test_a_scene_is_what_python_renders(scene):
     assert not np.array_equal(read.rendering(1).light, plain.light)
 
 
-@pytest.mark.parametrize(("motion", "prograde"), [("circular", True), ("plunging", True), ("retrograde", False)])
+@pytest.mark.parametrize(
+    ("motion", "prograde"),
+    [("circular", True), ("plunging", True), ("retrograde", False), ("retrograde-plunging", False)],
+)
 def test_a_disk_may_begin_at_the_isco(scene, motion, prograde):
     text = (
         PLAIN + f'[disk]\ninner = "isco"\nouter = 12\nmotion = "{motion}"\nemission = {{kind = "wisps", peak = 4500}}\n'

@@ -48,9 +48,19 @@ def plunging(spin: float, radius: Reals, cosine: Reals) -> Motion:
 
     Inside, with the energy E and the angular momentum L of the ISCO (Cunningham 1975, ApJ 202, 788).
     """
-    a, r = spin, np.asarray(radius)
-    outside = circular(spin, radius, cosine)
-    last = kerr.isco(spin)
+    return _falling(spin, radius, 1)
+
+
+def retrograde_plunging(spin: float, radius: Reals, cosine: Reals) -> Motion:
+    """Motion as of `plunging`, in the other sense, inside the retrograde ISCO."""
+    return _falling(spin, radius, -1)
+
+
+def _falling(spin: float, radius: Reals, sense: int) -> Motion:
+    # Retrograde orbits are the mirror image of prograde ones about a hole of opposite spin.
+    a, r = sense * spin, np.asarray(radius)
+    outside = _orbiting(spin, radius, sense)
+    last = kerr.isco(spin, sense > 0)
     root = math.sqrt(1 - 3 / last + 2 * a / last**1.5)
     energy = (1 - 2 / last + a / last**1.5) / root
     momentum = math.sqrt(last) * (1 - 2 * a / last**1.5 + a * a / last**2) / root
@@ -61,7 +71,7 @@ def plunging(spin: float, radius: Reals, cosine: Reals) -> Motion:
     clock = r * (r * (r - 2) + a * a) / t_rate
     falls = r < last
     return Motion(
-        np.where(falls, phi_rate / t_rate, outside.orbital),
+        np.where(falls, sense * phi_rate / t_rate, outside.orbital),
         np.where(falls, clock * clock, outside.slowness),
         inward * np.where(falls, clock, 0.0),
     )
@@ -81,6 +91,7 @@ EMITTERS: dict[str, Emitter] = {
     "static": static,
     "fiducial": fiducial,
     "plunging": plunging,
+    "retrograde-plunging": retrograde_plunging,
 }
 
 

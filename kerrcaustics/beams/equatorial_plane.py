@@ -36,7 +36,8 @@ class EquatorialPlane(End):
     emitter : str
         Motion of the sources, for the redshift: "circular" (prograde circular geodesic), "retrograde" (the other
         sense), "static" (at rest in Boyer-Lindquist coordinates), "fiducial" (at rest with respect to the FIDO),
-        "plunging" (circular down to the ISCO, and from there falling with its energy and angular momentum).
+        "plunging" (circular down to the ISCO, and from there falling with its energy and angular momentum),
+        "retrograde-plunging" (the same in the other sense).
 
     Raises
     ------

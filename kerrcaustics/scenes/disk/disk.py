@@ -16,22 +16,27 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
-DiskMotion = Literal["circular", "retrograde", "static", "plunging"]
+DiskMotion = Literal["circular", "retrograde", "static", "plunging", "retrograde-plunging"]
 MOTIONS: tuple[DiskMotion, ...] = get_args(DiskMotion)
-
 
 OPPOSITE: dict[str, DiskMotion] = {
     "circular": "retrograde",
     "retrograde": "circular",
     "static": "static",
-    "plunging": "retrograde",
+    "plunging": "retrograde-plunging",
+    "retrograde-plunging": "plunging",
 }
 """Motions of matter that circles the other way."""
 
 
+def is_prograde(motion: str) -> bool:
+    """True unless matter that moves in this way circles against the hole."""
+    return not motion.startswith("retrograde")
+
+
 def inner_rim(inner: Any, motion: str, spin: float) -> Any:
     """The inner rim of a disk about a hole: for "isco", the radius of the innermost stable orbit in its sense."""
-    return isco(spin, motion != "retrograde") if _is_isco(inner) else inner
+    return isco(spin, is_prograde(motion)) if _is_isco(inner) else inner
 
 
 def disk_about(disk: Any, viewer: Any) -> Any:
@@ -54,7 +59,7 @@ class Disk:
     ----------
     inner, outer : float or "isco"
         Radii of its rims, outside the horizon. inner may be "isco", the innermost stable circular orbit about the hole
-        that it is seen with: the retrograde one for motion "retrograde", else the prograde one.
+        that it is seen with: the retrograde one for retrograde motions, else the prograde one.
     emission : BlackBody, PowerLaw, PageThorne, Swatches, Texture, Spots, Wisps or anything else with their methods
         The light that it emits, the same on both faces.
     opacity : float or function
@@ -63,7 +68,7 @@ class Disk:
     motion : str
         Motion of what shines, for the shifts of frequency and for the pattern as time goes by: "circular" (prograde
         circular geodesics), "retrograde", "static" (at rest in Boyer-Lindquist coordinates), "plunging" (circular down
-        to the ISCO, and from there falling with its energy and angular momentum).
+        to the ISCO, and from there falling with its energy and angular momentum), "retrograde-plunging".
     slant : bool
         True if slanting light has a longer path through the disk, by 1 / cos i with the angle i that its matter
         measures. If omitted, true, except for the alpha of a `Texture`, whose holes are holes from all sides.

@@ -17,7 +17,7 @@ from kerrcaustics.beams.emitters import EMITTERS, redshift
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.scenes.coons_patches import Weights, weights
 from kerrcaustics.scenes.disk.crossings import FINEST, LARGEST, DiskCells
-from kerrcaustics.scenes.disk.disk import OPPOSITE, Disk, orbital
+from kerrcaustics.scenes.disk.disk import OPPOSITE, Disk, is_prograde, orbital
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.disk.veil import Veil
 from kerrcaustics.scenes.quadtree import in_chunks
@@ -347,7 +347,7 @@ def _samples(disk: Disk, sight: _Sight, looks: Looks, radius: Array, ratio: Arra
         along_azimuth = along_azimuth - ((farther - nearer) / (2 * step) * emitted) * along_radius
     matrix = np.moveaxis(np.stack([along_radius, radius * along_azimuth]), -1, 0)
     width = disk.outer - disk.inner
-    spin = -looks.spin if disk.motion == "retrograde" else looks.spin
+    spin = looks.spin if is_prograde(disk.motion) else -looks.spin
     across = (radius - disk.inner) / width
     return DiskSamples(radius, azimuth, across, matrix, ratio, width, spin, emitted, partial(disk.orbital, looks.spin))
 

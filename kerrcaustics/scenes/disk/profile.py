@@ -160,13 +160,13 @@ def _bins(bins: Any) -> int | Array:
 
 
 def _edges(bins: int | Array, redshift: Array) -> Float[Array, " edges"]:
-    """The edges of the bins, a little beyond the extremes at the nodes."""
+    """The edges of the bins, a little beyond the extremes at the nodes: from 0 on, as frequencies are."""
     if not isinstance(bins, int):
         return bins
     finite = redshift[np.isfinite(redshift)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
     beyond = 0.01 * (high - low) + 1e-12 * high
-    return np.linspace(low - beyond, high + beyond, bins + 1)
+    return np.linspace(max(low - beyond, 0.0), high + beyond, bins + 1)
 
 
 def _law(emissivity: Any) -> Callable[[Array], Array]:
