@@ -10,9 +10,13 @@ from scipy.optimize import brentq
 
 from kerrcaustics.beams.beam import Status
 from kerrcaustics.beams.trace import trace_rays
+from kerrcaustics.lens_map.sky_chart import chart_of
+from kerrcaustics.scenes.view import View
+from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import sky_from_fido
-from kerrcaustics.spacetime.shadow import edge_photons, shadow_axes, shadow_edge
+from kerrcaustics.spacetime.observer import Observer
+from kerrcaustics.spacetime.shadow import edge_photons, even_phases, shadow_axes, shadow_edge
 
 EDGE = json.loads((Path(__file__).parent / "data" / "shadow_edge.json").read_text(encoding="utf-8"))
 
@@ -113,11 +117,11 @@ def test_stored_shadow_edge_lies_on_the_curve():
 def distance_to_edge(camera: Camera, n: np.ndarray) -> float:
     """Distance of n from the shadow edge: from the curve's tangent at the foot point."""
 
-    def at(turn: float) -> np.ndarray:
+    def at(turn: float | np.ndarray) -> np.ndarray:
         return sky_from_fido(camera.frame(), edge_photons(camera, np.asarray(turn)))
 
     grid = 2 * math.pi * np.arange(720) / 720
-    near = grid[np.argmin(np.linalg.norm(shadow_edge(camera, 720) - n, axis=1))]
+    near = grid[np.argmin(np.linalg.norm(at(grid) - n, axis=1))]
     tangent = at(near + 1e-3) - at(near - 1e-3)
     tangent /= np.linalg.norm(tangent)
     foot = brentq(lambda turn: (at(turn) - n) @ tangent, near - 0.01, near + 0.01, xtol=1e-15)
@@ -131,7 +135,7 @@ def distance_to_edge(camera: Camera, n: np.ndarray) -> float:
 @pytest.mark.parametrize("event", [*FAST, *SLOW, (0.5, 50.0, 25), (0.95, 8.0, 120)], ids=str)
 def test_edge_parts_captured_from_escaping(event):
     camera = Camera(event[0], event[1], math.radians(event[2]), "fiducial")
-    turn = np.random.default_rng(7).uniform(0, 2 * math.pi, 64)
+    turn = even_phases(camera, np.random.default_rng(7).uniform(0, 1, 64))
     edge = -edge_photons(camera, turn)
     toward = np.array([-1.0, 0.0, 0.0]) + edge * edge[:, :1]
     toward /= np.linalg.norm(toward, axis=1, keepdims=True)
@@ -144,7 +148,13 @@ def test_edge_parts_captured_from_escaping(event):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("spin", "radius", "velocity"),
-    [(0.9, 8.0, "circular"), (0.999, 2.2, "static"), (0.9, 1.6, (0.0, 0.0, -0.9)), (0.0, 2.1, (0.0, 0.8, 0.0))],
+    [
+        (0.9, 8.0, "circular"),
+        (0.999, 2.2, "static"),
+        (0.9, 1.6, (0.0, 0.0, -0.9)),
+        (0.0, 2.1, (0.0, 0.8, 0.0)),
+        (1 - 1e-9, kerr.isco(1 - 1e-9), "circular"),
+    ],
 )
 def test_middle_of_the_shadow_is_the_mean_of_its_directions(spin, radius, velocity):
     """To what a mean of 20,000 directions is good for, be the shadow a twentieth of the sky or all but a hundredth."""
@@ -154,3 +164,65 @@ def test_middle_of_the_shadow_is_the_mean_of_its_directions(spin, radius, veloci
     mean = sky[captured].sum(axis=0) - sky.sum(axis=0) * captured.mean()
     middle = shadow_axes(camera, shadow_edge(camera))[0]
     assert mean @ middle > math.cos(math.radians(3)) * np.linalg.norm(mean)
+
+
+# The straight side of the edge is up to half of it, and a part of 1e-5 to 1e-7 of the range of p_phi.
+EXTREMAL = [Camera(a, radius) for a in (1 - 1e-9, 1 - 1.3e-14) for radius in (kerr.isco(a), 6.0)]
+
+
+def edge_by_orbits(camera: Camera) -> np.ndarray:
+    """The edge seen by a camera in the plane, by the radii 1 + x of its photon orbits (JTFT A.1), evenly in ln x.
+
+    b_o and q_o are written in x, so that nothing cancels.
+    """
+    a, radius = camera.spin, camera.radius
+    low, high = (orbit - 1 for orbit in kerr.photon_orbits(a))
+    x = low * (high / low) ** (0.5 - 0.5 * np.cos(np.linspace(0, math.pi, 100_000)))
+    orbit, spare = 1 + x, (1 - a) * (1 + a)
+    b = (3 - a**2 - x**2 + 2 * spare / x) / a
+    q = np.maximum(orbit**3 * (3 * x**2 - x**3 - 4 * spare), 0) / (a * x) ** 2
+    at = kerr.metric(a, radius, 0.0)
+    along_r = (radius - orbit) * np.sqrt(radius**2 + 2 * orbit * radius - a**2 * q / orbit**2) / math.sqrt(at.delta)
+    half = np.stack([along_r / radius, np.sqrt(q) / radius, b / at.cylindrical_scale], axis=-1)
+    whole = np.concatenate([half, half[-2:0:-1] * (1, -1, 1)])
+    return sky_from_fido(camera.frame(), whole / np.linalg.norm(whole, axis=1, keepdims=True))
+
+
+def dark_part(edge: np.ndarray) -> float:
+    """The part of the sky within a curve, by triangles about the direction to the hole."""
+    after, middle = np.roll(edge, -1, axis=0), np.array([-1.0, 0.0, 0.0])
+    volume = np.cross(edge, after) @ middle
+    size = 1 + (edge * after).sum(axis=1) + edge @ middle + after @ middle
+    return float(2 * np.arctan2(volume, size).sum() / (4 * math.pi))
+
+
+@pytest.mark.parametrize("camera", EXTREMAL, ids=str)
+def test_edge_of_extremal_holes_is_that_of_its_photon_orbits(camera):
+    edge, exact = shadow_edge(camera, 720), edge_by_orbits(camera)
+    assert dark_part(edge) == pytest.approx(dark_part(exact), abs=5e-5)
+    middle = View.toward_hole(camera, 16, 9, 1.0).forward
+    assert math.acos(min(middle @ shadow_axes(camera, exact)[0], 1)) < 1e-3
+
+
+def test_part_of_the_sky_that_escapes_next_to_an_extremal_hole():
+    # By 400,000 rays in random directions 0.5466, with a deviation of 0.0008.
+    assert 1 - dark_part(shadow_edge(EXTREMAL[0], 4000)) == pytest.approx(0.54702, abs=1e-5)
+
+
+def test_no_step_along_the_edge_is_longer_than_twice_the_mean():
+    for spin in (0.0, 0.9, 0.999, 1 - 1e-6, 1 - 1e-9, 1 - 1e-14):
+        for inclination in (math.pi / 2, 1.2, 0.3, 0.0):
+            radii = kerr.isco(spin), 3.0, 50.0, 1e8
+            velocities = "fiducial", (0.0, 0.0, 0.9), (-0.99, 0.0, 0.0), (0.3, 0.9, -0.1)
+            cameras = [Camera(spin, radius, inclination, velocity) for radius in radii for velocity in velocities]
+            for viewer in (*cameras, Observer(spin=spin, inclination=inclination)):
+                edge = shadow_edge(viewer, 180)
+                steps = np.linalg.norm(np.roll(edge, -1, axis=0) - edge, axis=1)
+                assert steps.max() < 2.2 * steps.mean(), viewer
+
+
+@pytest.mark.parametrize("camera", EXTREMAL, ids=str)
+def test_charts_know_the_edge_of_extremal_holes(camera):
+    at_rest = camera.at_rest()
+    part = chart_of(at_rest).polar(edge_by_orbits(at_rest)[::7])[:, 1]
+    assert np.abs(part - 1).max() < 1e-5

@@ -53,6 +53,31 @@ def test_frequencies_of_the_papers_disk_have_the_extremes_of_theory(rims, most, 
 
 
 @pytest.mark.slow
+def test_isoradials_of_a_fast_hole_hold_their_bright_end():
+    """Seen along the straight side of the shadow edge, on which the edge phase hardly changes."""
+    spin = 1 - 1e-6
+    (curve,) = kc.isoradials(kc.Observer(spin=spin, inclination=math.radians(80)), [kc.isco(spin)], 1)
+    assert curve.redshift.max() == pytest.approx(0.06095, rel=0.01)
+    steps = np.linalg.norm(np.diff(curve.sky, axis=0), axis=1)
+    # The whole image is 15 M long.
+    assert steps.max() < 0.4
+
+
+@pytest.mark.slow
+def test_pieces_of_an_image_are_said_to_be_pieces():
+    """Rays that wind round the horizon of an extremal hole a hundred times lose digits, and some points are lost."""
+    spin = 1 - 1e-9
+    found = kc.isoradials(kc.Observer(spin=spin, inclination=math.pi / 2), [kc.isco(spin), 6.0], 1)
+    pieces = [curve for curve in found if curve.radius < 6]
+    lost = 360 - sum(len(curve.sky) for curve in pieces)
+    said = [remark.split(": ")[1] for remark in found.remarks if remark.startswith("crossing 1, r = 1.0")]
+    plane = "the camera lies in the plane, along which rays run that never cross it"
+    points = [f"{lost} of its points on lines could not be found"] * (lost > 0)
+    assert said == [plane, *points, *([f"the image was found in {len(pieces)} pieces"] * (len(pieces) > 1))]
+    assert len(found) == len(pieces) + 1 and found[-1].closed
+
+
+@pytest.mark.slow
 def test_from_the_axis_circles_are_round():
     for curve in kc.isoradials(CAMERAS[2], [4.0, 15.0], crossings=3, points=24):
         assert np.ptp(curve.sky[:, 0]) < 1e-12 and np.ptp(curve.redshift) < 1e-12

@@ -19,6 +19,7 @@ from kerrcaustics.lens_map.domains import Domain, OneLeaf
 from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.results.progress import report
+from kerrcaustics.spacetime.shadow import even_phases
 from kerrcaustics.spacetime.sphere import angle_between, from_angles, polar_basis
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -322,7 +323,7 @@ def with_ring_at_infinity(curves: CriticalCurves) -> CriticalCurves:
     domain, camera = curves.domain, curves.map.camera
     if not domain.unbounded:
         return curves
-    edge_phase = 2 * np.pi * np.arange(_RING_POINTS) / _RING_POINTS
+    edge_phase = even_phases(camera, np.arange(_RING_POINTS) / _RING_POINTS)
     depth, ones = domain.first(edge_phase), np.ones(_RING_POINTS)
     theta = np.pi - camera.inclination
     opposite = np.tile(from_angles(theta, np.pi), (_RING_POINTS, 1))

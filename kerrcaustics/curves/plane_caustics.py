@@ -20,6 +20,7 @@ from kerrcaustics.results.progress import in_steps, report
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.arrays import Spline
 from kerrcaustics.spacetime.rows import Rows
+from kerrcaustics.spacetime.shadow import even_phases
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -150,7 +151,7 @@ def _grid(circles: Circles) -> _Grid | None:
     whole = radii[circles.whole(radii)]
     if len(whole) < 2:
         return None
-    edge_phase = _TURN * (np.arange(_LINES) + 0.5) / _LINES
+    edge_phase = even_phases(circles.camera, (np.arange(_LINES) + 0.5) / _LINES)
     ends = [
         circles.on_circle(edge_phase, np.full(_LINES, radius), spline(edge_phase)).distance
         for radius, spline in zip(whole[[0, -1]].tolist(), circles.around(whole[[0, -1]]), strict=True)

@@ -27,6 +27,7 @@ from kerrcaustics.results.progress import Progress, in_steps, with_progress
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import numbers, quoted
 from kerrcaustics.spacetime.frame import sky_from_fido
+from kerrcaustics.spacetime.shadow import even_phases
 from kerrcaustics.spacetime.sphere import angle_between, from_angles
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
@@ -146,7 +147,7 @@ def caustic_tubes(
 
 def _unbounded(camera: Viewer) -> CriticalCurve:
     """The primary critical curve of an observer at infinity, which is a point: the begin of evenly many lines."""
-    turn = 2 * math.pi * np.arange(_FEWEST) / _FEWEST
+    turn = even_phases(camera, np.arange(_FEWEST) / _FEWEST)
     none, theta, azimuth = np.zeros(_FEWEST), *(np.full(_FEWEST, x) for x in (math.pi - camera.inclination, math.pi))
     direction = from_angles(theta, azimuth)
     line_of_sight = sky_lines.line_of_sight(camera, turn, none)

@@ -19,6 +19,7 @@ from kerrcaustics.lens_map.plane_map import Crossings
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.results.progress import in_steps
 from kerrcaustics.spacetime.arrays import Spline
+from kerrcaustics.spacetime.shadow import even_phases
 
 Array = np.ndarray
 
@@ -110,7 +111,7 @@ def _arcs(circles: Circles, radius: float) -> Arcs:
     if distance is None:
         doubt = f"the circle r = {radius:.12g} is not seen once on every line across the shadow edge"
         return Arcs(circles, radius, None, none, none, np.empty(0, int), none, (doubt,))
-    edge_phase = _TURN * (np.arange(_PLACES) + 0.5) / _PLACES
+    edge_phase = even_phases(circles.camera, (np.arange(_PLACES) + 0.5) / _PLACES)
     blank = Arcs(circles, radius, distance, none, none, np.empty(0, int), none, ())
     points, touching = _thinnest(blank, _sampled(blank, blank.at(edge_phase)))
     known = points.index >= 0

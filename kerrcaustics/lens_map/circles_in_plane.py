@@ -6,7 +6,6 @@ every line, as a closed curve on the camera sky between the rims; and where the 
 turns back, two images of a source on the circle meet: a point of a caustic.
 """
 
-import math
 from functools import lru_cache
 
 import numpy as np
@@ -18,6 +17,7 @@ from kerrcaustics.lens_map.crossing_lines import CrossingLines
 from kerrcaustics.lens_map.plane_map import Crossings, PlaneMap
 from kerrcaustics.lens_map.sky_lines import lines_across, periodic
 from kerrcaustics.spacetime.arrays import Spline
+from kerrcaustics.spacetime.shadow import even_phases
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -33,7 +33,7 @@ class Circles(PlaneMap):
         super().__init__(camera, EquatorialPlane(crossing), engine, tolerance)
         # From below the plane circles are seen to run the other way round.
         self.side = 1 if camera.cos_theta > 0 else -1
-        self._lines = CrossingLines(self, 2 * math.pi * (np.arange(lines) + 0.5) / lines)
+        self._lines = CrossingLines(self, even_phases(camera, (np.arange(lines) + 0.5) / lines))
 
     def whole(self, radii: Float[Array, " radii"]) -> Bool[Array, " radii"]:
         """True for circles that every line meets once."""

@@ -23,7 +23,7 @@ from kerrcaustics.lens_map.search_sky import TOLERANCE, search_camera
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.arrays import HostReals, HostVectors, Spline
 from kerrcaustics.spacetime.frame import photon_of, sky_from_fido
-from kerrcaustics.spacetime.shadow import edge_photons
+from kerrcaustics.spacetime.shadow import edge_photons, even_phases
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -219,7 +219,7 @@ def _rim(camera: Viewer, radius: float, zoom: float) -> Spline | None:
     """
     from scipy.optimize import elementwise
 
-    edge_phase = 2 * np.pi * np.arange(_TABLE) / _TABLE
+    edge_phase = even_phases(camera, np.arange(_TABLE) / _TABLE)
     if radius < _edge_orbits(camera, edge_phase).min():
         return None
     frame, reach = camera.frame(), sky_lines.wide_reach(camera, edge_phase, zoom)

@@ -13,7 +13,7 @@ from jaxtyping import Float, Int
 
 from kerrcaustics.lens_map.sky_lines import DEEPEST, periodic
 from kerrcaustics.spacetime.arrays import Spline
-from kerrcaustics.spacetime.shadow import edge_photons
+from kerrcaustics.spacetime.shadow import edge_photons, even_phases
 from kerrcaustics.spacetime.sphere import lengths, moved
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -187,7 +187,7 @@ class Chart:
 
 def edge_size(camera: Viewer) -> Spline:
     """Distance (radians) of the shadow edge from the direction to the hole, for a camera at rest: by position angle."""
-    edge = -edge_photons(camera, 2 * np.pi * np.arange(_TABLE) / _TABLE)
+    edge = -edge_photons(camera, even_phases(camera, np.arange(_TABLE) / _TABLE))
     angle = np.arctan2(edge[:, 2], edge[:, 1])
     angle, first = np.unique(angle, return_index=True)
     size = np.arctan2(np.hypot(edge[:, 1], edge[:, 2]), -edge[:, 0])[first]

@@ -1,6 +1,7 @@
 """The edge of the shadow: the directions whose rays wind for ever onto a spherical photon orbit."""
 
 import math
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -12,13 +13,18 @@ from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.frame import sky_from_fido
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
+# Steps of the table of edge phases; it is resolved when its longest step is so many times the mean one; rounds after
+# which it is taken as it is.
+_TABLE, _LONGEST, _ROUNDS = 1024, 1.5, 30
+
 
 @usual_warnings
 def shadow_edge(camera: Viewer, n: int = 360) -> np.ndarray:
     """Directions N (n, 3) on the camera sky of n points of the shadow edge, a closed curve; of an Observer (n, 2).
 
     The curve runs clockwise as seen looking at the hole with the spin axis up, from its prograde end on the left;
-    the last point is not the first one repeated.
+    the last point is not the first one repeated. No step between neighbours is longer on the camera sky than about
+    twice the mean one.
 
     Parameters
     ----------
@@ -44,9 +50,7 @@ def shadow_edge(camera: Viewer, n: int = 360) -> np.ndarray:
     """
     check_viewer(camera)
     n = whole_number("n", n, 1)
-    edge_phase = 2 * math.pi * np.arange(n) / n
-    sky = sky_from_fido(camera.frame(), edge_photons(camera, edge_phase))
-    return camera.places(sky)
+    return _edge_places(camera, even_phases(camera, np.arange(n) / n))
 
 
 def shadow_axes(camera: Viewer, edge: np.ndarray) -> np.ndarray:
@@ -61,6 +65,47 @@ def shadow_axes(camera: Viewer, edge: np.ndarray) -> np.ndarray:
     up = -e_theta + (e_theta @ forward) * forward
     up /= np.linalg.norm(up)
     return np.stack([forward, np.cross(forward, up), up])
+
+
+def even_phases(viewer: Viewer, part: np.ndarray) -> np.ndarray:
+    """Edge phases (...,) at parts of the way round the shadow edge, evenly both on the viewer's sky and in edge phase.
+
+    Parameters: part (...,) in [0, 1], counted from the prograde end. The way is the mean of the part of the length on
+    the sky and of the part of a turn of edge phase. On the straight side of a fast hole's edge the edge phase hardly
+    changes, and equal steps in it alone pass over that side; next to such a hole the rest of the edge hardly moves.
+    """
+    return np.interp(part, *_ways_and_phases(viewer))
+
+
+@lru_cache(maxsize=64)
+def _ways_and_phases(viewer: Viewer) -> tuple[np.ndarray, np.ndarray]:
+    """Parts of the way before edge phases over one turn, which are so close that neither makes a jump."""
+    edge_phase = np.linspace(0, 2 * math.pi, _TABLE + 1)
+    steps = _steps(viewer, edge_phase)
+    for _ in range(_ROUNDS):
+        if steps.max() <= _LONGEST * steps.mean():
+            break
+        edge_phase = np.interp(np.linspace(0, 1, _TABLE + 1), _sums(steps), edge_phase)
+        steps = _steps(viewer, edge_phase)
+    return _sums(steps), edge_phase
+
+
+def _steps(viewer: Viewer, edge_phase: np.ndarray) -> np.ndarray:
+    """The ways between edge phases, in units of half the way round."""
+    lengths = np.linalg.norm(np.diff(_edge_places(viewer, edge_phase), axis=0), axis=1)
+    # An edge smaller than round-off has no length.
+    return lengths / max(lengths.sum(), 1e-300) + np.diff(edge_phase) / (2 * math.pi)
+
+
+def _sums(steps: np.ndarray) -> np.ndarray:
+    """Parts of the sum of all steps before and after each."""
+    sums = np.append(0.0, np.cumsum(steps))
+    return sums / sums[-1]
+
+
+def _edge_places(viewer: Viewer, edge_phase: np.ndarray) -> np.ndarray:
+    """Places of the shadow edge on the viewer's sky: N (..., 3), or (alpha, beta) (..., 2)."""
+    return viewer.places(sky_from_fido(viewer.frame(), edge_photons(viewer, edge_phase)))
 
 
 def edge_photons(camera: Viewer, edge_phase: np.ndarray) -> np.ndarray:

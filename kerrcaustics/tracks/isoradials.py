@@ -6,8 +6,6 @@ Where that holds no image of anything on the circle is missing. Of others, and f
 lines meet are joined to open curves.
 """
 
-import math
-
 import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
@@ -25,6 +23,7 @@ from kerrcaustics.results.declared import Items, Shown, quantity, result, usual_
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, whole_number
+from kerrcaustics.spacetime.shadow import even_phases
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
@@ -146,7 +145,7 @@ def isoradials(
     one_of("motion", motion, EMITTERS)
     count = whole_number("points", points, 8, 100_000)
     # No line lies in the plane, where a viewer does: along it no ray crosses the plane.
-    edge_phase = 2 * math.pi * (np.arange(count) + 0.5 * camera.on_equator) / count
+    edge_phase = even_phases(camera, (np.arange(count) + 0.5 * camera.on_equator) / count)
     curves, remarks = [], []
     for crossing in in_steps("crossing", range(1, crossings + 1)):
         surface = EquatorialPlane(crossing, motion)
@@ -186,22 +185,30 @@ def _images(
         points = None if arcs.distance is None else arcs.at(edge_phase)
         if points is not None and (points.index >= 0).all():
             return [_curve(viewer, surface, radius, points, closed=True, time=time)], remarks
-    rows = _open_rows(viewer, surface, radius, edge_phase)
-    remarks = (*remarks, *(() if rows else ("no image was found",)))
+    rows, lost = _open_rows(viewer, surface, radius, edge_phase)
+    remarks = (*remarks, *_remarks(len(rows), lost))
     # In the plane, a curve that every line meets once.
     closed = len(rows) == 1 and len(rows[0]) == len(edge_phase) and viewer.on_equator
     return [_curve(viewer, surface, radius, row, closed=closed, time=time) for row in rows], remarks
 
 
+def _remarks(pieces: int, lost: int) -> tuple[str, ...]:
+    """Remarks about what was found of an image on lines."""
+    if not pieces:
+        return ("no image was found",)
+    said = [f"{lost} of its points on lines could not be found"] if lost else []
+    return (*said, *([f"the image was found in {pieces} pieces"] if pieces > 1 else []))
+
+
 def _open_rows(
     viewer: Viewer, surface: EquatorialPlane, radius: float, edge_phase: Float[Array, " lines"]
-) -> list[Crossings]:
-    """The points at which lines meet the image of a circle, in rows of neighbours."""
+) -> tuple[list[Crossings], int]:
+    """The points at which lines meet the image of a circle, in rows of neighbours; the number of those not found."""
     plane_map = PlaneMap(search_camera(viewer), surface.bare(), "auto", TOLERANCE)
     line, points = CrossingLines(plane_map, edge_phase).meetings(radius)
     near = points.miss(radius) < _CLOSE
     line, points = line[near], points[near]
-    return [points[row] for row in _rows(line, points.distance)]
+    return [points[row] for row in _rows(line, points.distance)], int((~near).sum())
 
 
 def _curve(

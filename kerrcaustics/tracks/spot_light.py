@@ -16,6 +16,7 @@ from scipy.special import ndtr
 from kerrcaustics.images.circle_arcs import Arcs
 from kerrcaustics.lens_map.lens_map import LensMap
 from kerrcaustics.spacetime.rows import Rows
+from kerrcaustics.spacetime.shadow import even_phases
 
 Array = np.ndarray
 
@@ -72,7 +73,7 @@ class SplinedCurve(NamedTuple):
 
 def orbit_image(lens_map: LensMap, arcs: Arcs, spot: Spot, points: int) -> OrbitImage | None:
     """The image of an orbit, at points between which its phase changes little; None if some were not found."""
-    image = _points(lens_map, arcs, spot, 2 * math.pi * np.arange(points) / points)
+    image = _points(lens_map, arcs, spot, even_phases(lens_map.viewer, np.arange(points) / points))
     for _ in range(_ROUNDS):
         if image is None:
             return None

@@ -14,6 +14,7 @@ import kerrcaustics as kc
 from kerrcaustics.lens_map.search_sky import as_seen
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.frame import sky_from_fido
+from kerrcaustics.spacetime.shadow import even_phases
 
 from ..directions import near_outward_null, of_momentum, off_the_edge
 from ..stability.problems import edge_scale
@@ -162,10 +163,10 @@ def rest_sky(camera: kc.Camera, count: int, rng: np.random.Generator) -> np.ndar
 
 
 def shadow_edge(camera: kc.Camera, count: int, rng: np.random.Generator) -> np.ndarray:
-    """1e-12 to 1e-1 rad outside the shadow edge and inside of it, or so many of its radii."""
+    """1e-12 to 1e-1 rad outside the shadow edge and inside of it, or so many of its radii; on all sides of it."""
     distance = 10 ** rng.uniform(-12, -1, count) * rng.choice((-1, 1, 1, 1), count)
     distance *= rng.choice((min(edge_scale(camera), 1.0), 1.0), count)
-    return off_the_edge(camera, _turns(count, rng), distance)
+    return off_the_edge(camera, even_phases(camera, rng.uniform(size=count)), distance)
 
 
 def principal(camera: kc.Camera, count: int, rng: np.random.Generator) -> np.ndarray:
