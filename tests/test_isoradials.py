@@ -53,6 +53,21 @@ def test_frequencies_of_the_papers_disk_have_the_extremes_of_theory(rims, most, 
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("observer", [INFINITE, kc.Observer(spin=0.5, inclination=0.5)], ids=str)
+def test_errors_of_frequencies_hold_the_miss_of_the_radius(observer):
+    """Against circular orbits of the circle's own radius, in closed form by the angular momentum of each ray."""
+    for curve in kc.isoradials(observer, [6.0, 9.0], 4, points=60):
+        surface = kc.EquatorialPlane(curve.crossing)
+        rays = kc.trace_rays(observer, curve.sky, end=surface, constants=True)
+        root, spin = curve.radius**1.5, observer.spin
+        clock = math.sqrt(root**2 * (1 - 3 / curve.radius + 2 * spin / root)) / (root + spin)
+        exact = clock / (1 - rays.impact / (root + spin))
+        miss = np.abs(curve.redshift - exact)
+        assert (miss <= curve.redshift_error).all()
+        assert curve.redshift_error.max() < 2e-9
+
+
+@pytest.mark.slow
 def test_isoradials_of_a_fast_hole_hold_their_bright_end():
     """Seen along the straight side of the shadow edge, on which the edge phase hardly changes."""
     spin = 1 - 1e-6

@@ -35,12 +35,16 @@ def measured_light(
     sky: Float[Array, "n 3"],
     error: Float[Array, " n"],
     second_arrival: Bool[Array, " n"] | None = None,
+    residual: Float[Array, " n"] | None = None,
 ) -> MeasuredLight:
     """The light of directions on the search sky, which are known to an error in radians.
 
     A circle of n' becomes an ellipse on the sky, in which the direction lies: `error` is its semi-major axis, and the
     other one is shorter as the beam is flat. All values change over it, and have errors of their own. Errors are
     infinite where the direction may be critical, and where rays beside it miss the surface on both sides.
+
+    Parameters: residual, for points on the image of a circle in the plane, the errors of ln r there. `error` is then
+    their distance from that image, and values change over it, along the steepest rise of r.
     """
     surface, beams = lens_map.surface, light.beams
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -59,12 +63,16 @@ def measured_light(
         first, second = slopes(surface.ends(beams), surface.ends(beside.beams))
         turn = np.arctan2(2 * (first * second).sum(-1), (first**2 - second**2).sum(-1)) / 2
         ratio = np.abs(beams.delta_minus) / beams.delta_plus
+        rise = None if residual is None else slopes(np.log(beams.radius), np.log(beside.beams.radius))
 
         def off(slope: Array, rounding: Array | float) -> Array:
-            """The change over the ellipse, and over the rounding of the direction."""
+            """The change over the ellipse or the residual, and over the rounding of the direction."""
             major = np.abs(slope[0] * np.cos(turn) + slope[1] * np.sin(turn))
             minor = np.abs(slope[1] * np.cos(turn) - slope[0] * np.sin(turn))
-            return error * (minor + ratio * major) + rounding * np.hypot(minor, major)
+            change = error * (minor + ratio * major)
+            if rise is not None:
+                change = residual * np.abs((slope * rise).sum(axis=0)) / (rise**2).sum(axis=0)
+            return change + rounding * np.hypot(minor, major)
 
         area, areas = (np.sign(one.beams.determinant) / one.magnification for one in (light, beside))
         # What is wrong with a beam is nearly that of another direction: its area is far better than its diameters.

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams.emitters import EMITTERS
+from kerrcaustics.beams.emitters import EMITTERS, redshift
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.images.circle_arcs import Arcs, arcs_of
 from kerrcaustics.lens_map.crossing_lines import CrossingLines
@@ -23,14 +23,15 @@ from kerrcaustics.results.declared import Items, Shown, quantity, result, usual_
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, whole_number
+from kerrcaustics.spacetime.frame import photon_of
 from kerrcaustics.spacetime.shadow import even_phases
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
 
 # Rounding of a direction on the search sky, radians; points of open curves miss the circle by less than the second
-# number in ln r.
-_ROUNDING, _CLOSE = 2e-16, 1e-6
+# number in ln r; a step in ln r that gives slopes.
+_ROUNDING, _CLOSE, _BESIDE = 2e-16, 1e-6, 1e-6
 
 
 @result(
@@ -215,8 +216,12 @@ def _curve(
     viewer: Viewer, surface: EquatorialPlane, radius: float, points: Crossings, *, closed: bool, time: bool
 ) -> Isoradial:
     lens_map = LensMap(viewer, surface)
-    error = (points.miss(radius) + points.error) / points.gradient + _ROUNDING
-    light = measured_light(lens_map, lens_map.seen(points.sky), points.sky, error)
+    seen = lens_map.seen(points.sky)
+    # What is seen there comes from rays of its own: places on the viewer's sky are rounded.
+    own = np.abs(np.log(seen.beams.radius / radius)) + seen.beams.error
+    residual = np.fmax(points.miss(radius) + points.error, own)
+    error = residual / points.gradient + _ROUNDING
+    light = measured_light(lens_map, seen, points.sky, error, residual=residual)
     return Isoradial(
         camera=viewer,
         crossing=surface.crossing,
@@ -225,13 +230,29 @@ def _curve(
         azimuth=np.unwrap(light.azimuth),
         error=light.error,
         redshift=light.redshift,
-        redshift_error=light.redshift_error,
+        redshift_error=light.redshift_error + residual * _by_radius(lens_map, points) * np.abs(light.redshift),
         width=lens_map.sky.lengths(points.sky) / (radius * points.gradient),
         edge_phase=points.edge_phase,
         closed=closed,
         time=light.time if time else None,
         time_error=light.time_error if time else None,
     )
+
+
+def _by_radius(lens_map: LensMap, points: Crossings) -> Float[Array, " points"]:
+    """The size of d ln redshift / d ln r of emitters that photons of points meet; infinite if there are none beside.
+
+    The radius at which a photon of known constants arrives has an error of its own.
+    """
+    camera, emitter = lens_map.sky.search_camera, EMITTERS[lens_map.surface.emitter]
+    photon = photon_of(camera.frame(), tuple(points.sky.T))
+
+    def log_ratio(sign: int, outward: bool) -> Array:
+        place = points.radius * np.exp(sign * _BESIDE), 0.0
+        return np.log(redshift(emitter, camera.spin, (photon.b, photon.q), place, 1.0, np.array(outward)))
+
+    slopes = [np.abs(log_ratio(1, sense) - log_ratio(-1, sense)) / (2 * _BESIDE) for sense in (True, False)]
+    return np.nan_to_num(np.maximum(*slopes), nan=np.inf)
 
 
 def _rows(line: Int[Array, " points"], distance: Float[Array, " points"]) -> list[Int[Array, " _"]]:
