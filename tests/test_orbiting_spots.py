@@ -66,6 +66,21 @@ def test_in_the_plane_they_are_the_orbits_of_disks():
         assert rate == pytest.approx(EMITTERS[motion](0.5, some.radius, 0.0).orbital, rel=1e-13)
 
 
+@pytest.mark.parametrize("radius", [3.01, 6.0, 1e3, 1e7])
+def test_constants_keep_their_digits_far_out(radius):
+    """Without spin in closed form: of E^2 - 1 nothing is left to rounding, nor of the period."""
+    inclination = np.array([0.0, 0.7, math.pi / 2, 2.8, math.pi])
+    _, momentum, carter = spherical_constants(0.0, radius, inclination)
+    assert momentum**2 + carter == pytest.approx(
+        np.full(5, radius**2 / (radius - 3)), rel=4e-15 * max(1, 1 / (radius - 3))
+    )
+    some = orbits(0.0, radius, inclination)
+    assert some.period == pytest.approx(np.full(5, 2 * math.pi * radius**1.5), rel=some.error.max() + 1e-15)
+    assert some.error.max() < 1e-12
+    turn = 1e6 * some.period
+    assert some.errors(turn) == pytest.approx(some.error * 2e6 * math.pi, rel=1e-5)
+
+
 def test_nodes_turn_as_they_must():
     """Near the plane in closed form, by the frequencies of Kato 1990; far out at any tilt as Lense and Thirring say."""
     a, r = 0.7, 9.0

@@ -8,10 +8,10 @@ smooth functions of sin(chi)^2, and their integrals are short Fourier series.
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from numpy.typing import ArrayLike
 
 Array = np.ndarray
@@ -19,6 +19,8 @@ Array = np.ndarray
 # Harmonics of the series, and the places that they are taken from; those left out are the error.
 _HARMONICS, _PLACES = 8, 32
 _NEWTON = 6
+# Newton steps to the constants of the motion.
+_POLISHING = 2
 _ROUNDING = 4e-15
 
 
@@ -33,16 +35,55 @@ class OrbitPlace(NamedTuple):
 def spherical_constants(spin: float, radius: ArrayLike, inclination: ArrayLike) -> tuple[Array, Array, Array]:
     """Energy E, axial angular momentum L_z and Carter constant Q, per rest mass; NaN where no orbit keeps its radius.
 
-    inclination: radians, of the highest latitude, 0 to pi; beyond pi / 2 retrograde. After Schmidt 2002, with L_z = c
-    cos(inclination), which is regular for polar orbits too.
+    inclination: radians, of the highest latitude, 0 to pi; beyond pi / 2 retrograde.
     """
-    energy, swing = _energy_and_swing(spin, np.asarray(radius, float), np.asarray(inclination, float))
+    energy, swing, _ = _constants(spin, np.asarray(radius, float), np.asarray(inclination, float))
     beta, sine = spin**2 * (1 - energy) * (1 + energy), np.sin(inclination)
     return energy, swing * np.cos(inclination), (swing**2 + beta) * sine**2
 
 
-def _energy_and_swing(spin: float, r: Array, inclination: Array) -> tuple[Array, Array]:
-    """E and c of f E^2 - 2 g E c - h c^2 = d and of its derivative by the radius."""
+def _constants(spin: float, r: Array, inclination: Array) -> tuple[Array, Array, Array]:
+    """E and c with L_z = c cos(inclination), which is regular for polar orbits too, and their relative error.
+
+    The radial potential and its slope vanish there: Newton's method in E^2 - 1 and c, from Schmidt's solution.
+    """
+    r, inclination = np.broadcast_arrays(r, inclination)
+    energy, swing = _schmidt(spin, r, inclination)
+    excess, off = (energy - 1) * (energy + 1), np.zeros_like(swing)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        for _ in range(_POLISHING):
+            value, slope, size = _potential(spin, 1 / r, inclination, excess, swing)
+            determinant = value[1] * slope[2] - value[2] * slope[1]
+            excess = excess - (value[0] * slope[2] - value[2] * slope[0]) / determinant
+            swing = swing - (value[1] * slope[0] - value[0] * slope[1]) / determinant
+            off = size * (np.abs(value[1]) + np.abs(slope[1])) / np.abs(determinant * swing)
+    return np.sqrt(1 + excess), swing, np.finfo(float).eps * off
+
+
+def _potential(spin: float, u: Array, inclination: Array, excess: Array, swing: Array) -> tuple[Array, Array, Array]:
+    """The radial potential of `FallConstants` at u = 1 / r, u times its slope there, and the size of its terms.
+
+    Each with its derivatives by E^2 - 1 and by c (3, n). Its terms do not cancel far out.
+    """
+    tilt, up_2, a_2, energy = np.cos(inclination), np.sin(inclination) ** 2, spin**2, np.sqrt(1 + excess)
+
+    def row(value: Array, by_excess: Any, by_swing: Any) -> Float[Array, "3 ..."]:
+        return np.stack(np.broadcast_arrays(value, by_excess, by_swing))
+
+    carter = row((swing**2 - a_2 * excess) * up_2, -a_2 * up_2, 2 * swing * up_2)
+    total = row((swing * tilt) ** 2, 0.0, 2 * swing * tilt**2) + carter
+    drag = tilt * row(energy * swing, swing / (2 * energy), energy)
+    first, second = row(excess, 1.0, 0.0), a_2 * row(excess, 1.0, 0.0) - total
+    # (L_z - a E)^2 + Q.
+    third = total - 2 * spin * drag + a_2 * row(1 + excess, 1.0, 0.0)
+    powers = first, u**2 * second, 2 * u**3 * third, -a_2 * u**4 * carter
+    linear = row(2 * u, 0.0, 0.0)
+    value, slope = linear + sum(powers), linear + sum(k * term for k, term in zip((0, 2, 3, 4), powers, strict=True))
+    return value, slope, 2 * u + sum(np.abs(term[0]) for term in powers)
+
+
+def _schmidt(spin: float, r: Array, inclination: Array) -> tuple[Array, Array]:
+    """E and c of f E^2 - 2 g E c - h c^2 = d and of its derivative by the radius, after Schmidt 2002."""
     a2, z2, w2, sense = spin**2, np.sin(inclination) ** 2, np.cos(inclination) ** 2, np.cos(inclination)
     delta, slope = r * (r - 2) + a2, 2 * (r - 1)
     d, d_r = delta * (r * r + z2 * a2), slope * (r * r + z2 * a2) + 2 * r * delta
@@ -81,9 +122,17 @@ class SphericalOrbits:
 
     @cached_property
     def error(self) -> Float[Array, " n"]:
-        """Errors of places, radians: what the series leave out, and rounding, which grows with the number of orbits."""
+        """Errors of places, radians: what the series leave out, that of the constants, and rounding.
+
+        They grow by as much with each radian of the orbit.
+        """
         left_out = np.abs(self._spectra[..., _HARMONICS + 1 :]).sum(axis=-1)
-        return left_out[0] / self._spectra[0, :, 0] + left_out[1] + _ROUNDING
+        *_, off = _constants(self.spin, self.radius, self.inclination)
+        return left_out[0] / self._spectra[0, :, 0] + left_out[1] + np.where(self._flat, 0.0, off) + _ROUNDING
+
+    def errors(self, time: ArrayLike) -> Float[Array, " n"]:
+        """Errors of places at coordinate times (n,), radians."""
+        return self.error * (1 + np.abs(np.asarray(time, float)) / self._spectra[0, :, 0])
 
     @property
     def period(self) -> Float[Array, " n"]:
@@ -109,7 +158,7 @@ class SphericalOrbits:
         chi = self._angle(np.asarray(time, float))
         t_rate, turn = self._slopes(chi)
         psi = self.node + self._series(1, chi) - self._series(1, self.phase)
-        cosine, sine, tilt, up = np.cos(chi), np.sin(chi), np.cos(self.inclination), np.sin(self.inclination)
+        cosine, sine, tilt, up = np.cos(chi), np.sin(chi), np.cos(self.inclination), self._up
         flat = (cosine + 1j * tilt * sine) * np.exp(1j * psi)
         moved = (-sine + 1j * tilt * cosine) * np.exp(1j * psi) + 1j * turn * flat
         vector = np.stack([flat.real, flat.imag, up * sine], axis=-1)
@@ -121,7 +170,7 @@ class SphericalOrbits:
         """dchi by Mino time."""
         energy, momentum, carter = (self._column(part, chi) for part in self.constants)
         beta = self.spin**2 * (1 - energy) * (1 + energy)
-        up = self._column(np.sin(self.inclination), chi)
+        up = self._column(self._up, chi)
         # c^2 = Q + L_z^2 - beta sin(inclination)^2.
         square = carter + momentum**2 - beta * up**2
         return np.sqrt(square + beta * (1 - (up * np.sin(chi)) ** 2))
@@ -131,11 +180,23 @@ class SphericalOrbits:
         a, r = self.spin, self._column(self.radius, chi)
         energy, momentum, carter = (self._column(part, chi) for part in self.constants)
         beta = a**2 * (1 - energy) * (1 + energy)
-        tilt, up = (self._column(part(self.inclination), chi) for part in (np.cos, np.sin))
+        tilt, up, flat = (self._column(part, chi) for part in (np.cos(self.inclination), self._up, self._flat))
         swing, pace = np.sqrt(carter + momentum**2 - beta * up**2), self._pace(chi)
         pull = (energy * (r * r + a * a) - a * momentum) / (r * (r - 2) + a * a)
         t_rate = a * (momentum - a * energy * (1 - (up * np.sin(chi)) ** 2)) + (r * r + a * a) * pull
-        return t_rate / pace, a * (pull - energy) / pace - tilt * beta / (pace * (swing + pace))
+        turn = a * (pull - energy) / pace - tilt * beta / (pace * (swing + pace))
+        # Kepler's law holds exactly in the plane.
+        return np.where(flat, (tilt + turn) * (tilt * r**1.5 + a), t_rate / pace), turn
+
+    @property
+    def _flat(self) -> Bool[Array, " n"]:
+        """True in the equatorial plane."""
+        return (self.inclination == 0) | (self.inclination == np.pi)
+
+    @property
+    def _up(self) -> Float[Array, " n"]:
+        """Sine of the inclination; in the plane exactly 0."""
+        return np.where(self._flat, 0.0, np.sin(self.inclination))
 
     @staticmethod
     def _column(values: Array, chi: Array) -> Array:
