@@ -11,6 +11,9 @@ from typing import Literal
 VelocityName = Literal["circular", "fiducial", "static"]
 """Motions of a camera that have a name."""
 
+ReleaseName = Literal["circular", "retrograde", "fiducial", "static"]
+"""Velocities of a body on an orbit that have a name."""
+
 SpotMotion = Literal["circular", "retrograde"]
 """Motions of a spot on its orbit."""
 

@@ -31,7 +31,7 @@ FILMS = ("frame_store", "video")
 IMAGES = ("fold", "search", "sheet_cells", "sheet_grids", "sheets")
 TRACKS = ("level_curves",)
 EXPLORER = ("answers", "page_data")
-ORBITS = ("geodesics", "orbit")
+ORBITS = ("geodesics", "motions", "orbit")
 SCENE_FILES = ("camera_motion", "expressions", "orientation")
 ROOMS = {
     "films": FILMS,

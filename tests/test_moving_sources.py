@@ -128,7 +128,7 @@ def test_pairs_are_there_between_their_events(inclined):
         (lambda: kc.Orbit.kepler(9.0, 1.0), "`eccentricity` must lie in"),
         (lambda: kc.Orbit.kepler(9.0, 0.1, 4.0), "`inclination` must lie in"),
         (lambda: kc.Orbit.geodesic(9.0, velocity=(0.9, 0.9, 0.0)), "`velocity` must have a speed below 1"),
-        (lambda: kc.Orbit.geodesic(9.0, velocity="fast"), "`velocity` must be circular, fiducial, static or three"),
+        (lambda: kc.Orbit.geodesic(9.0, velocity="fast"), "`velocity` must be circular, retrograde, fiducial, static"),
         (lambda: kc.Orbit.geodesic(math.nan), "`radius` must be a finite number"),
         (
             lambda: kc.light_curve(CAMERA, "far", [1.0], source="point"),

@@ -467,6 +467,25 @@ def test_a_radial_fall_without_spin_is_a_cycloid():
     assert [found.place(t).radius for t in time] == pytest.approx(radius.tolist(), rel=1e-11)
 
 
+@pytest.mark.parametrize(("place", "heading"), [("radius = 4", 0), ("radius = 4.6\ninclination_deg = 70", 130)])
+def test_circular_paths_stay_on_their_circle(place, heading, scene):
+    start = ON_A_PATH.replace("spin = 0.6", "spin = 0.0").replace("end = 50", "end = 402")
+    film = scene(f'{start}kind = "geodesic"\n{place}\nvelocity = "circular"\nheading_deg = {heading}\n')
+    first, last = (film.camera(time) for time in (0.0, 402.0))
+    assert first.radius == last.radius and constants(last) == pytest.approx(constants(first), abs=1e-12)
+
+
+def test_unstable_paths_that_are_no_exact_circles_are_refused(scene):
+    """As are none that are stable, or end early."""
+    speed = kc.Camera(0.0, 4.0, velocity="circular").fido_velocity()[2]
+    start = ON_A_PATH.replace("spin = 0.6", "spin = 0.0") + 'kind = "geodesic"\n'
+    assert scene(f"{start}radius = 4\nvelocity = [0, 0, {speed!r}]\n").camera(50.0).radius == pytest.approx(
+        4.0, abs=1e-9
+    )
+    with pytest.raises(ValueError, match=r"camera.path must be so stable that rounding .* or give a circular velocity"):
+        scene(f"{start.replace('end = 50', 'end = 300')}radius = 4\nvelocity = [0, 0, {speed!r}]\n")
+
+
 def test_a_film_of_a_fall_starts_when_the_fall_does(scene):
     text = ON_A_PATH + 'kind = "geodesic"\nradius = 8\ntime = 20\n'
     assert scene(text.replace("start = 0\n", "")).span == (20.0, 50.0)

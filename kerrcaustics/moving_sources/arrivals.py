@@ -10,6 +10,7 @@ With E = 1 and p the photon's momentum toward the camera, a source that moves by
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -21,7 +22,8 @@ from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.lens_map.search_sky import TOLERANCE, SearchSky
 from kerrcaustics.lens_map.sky_chart import Chart, chart_of
 from kerrcaustics.moving_sources.bent_steps import bent_step
-from kerrcaustics.orbits.orbit import BodyMotion, BodyPlaces
+from kerrcaustics.orbits.motions import BodyMotion, BodyPlaces
+from kerrcaustics.orbits.orbit import clock_rates
 from kerrcaustics.spacetime.sphere import flattened, lengths, tangent_basis
 
 Array = np.ndarray
@@ -110,6 +112,14 @@ def _turning_points(spin: float, b: Float[Array, " n"], q: Float[Array, " n"]) -
     coefficients = np.stack([1 + 0 * b, 0 * b, spin**2 - b**2 - q, 2 * (q + (b - spin) ** 2), -(spin**2) * q], axis=-1)
     roots = [np.roots(row) for row in coefficients]
     return np.array([np.max(root.real[np.abs(root.imag) < 1e-6 * np.abs(root)], initial=0.0) for root in roots])
+
+
+class OrbitErrors(NamedTuple):
+    """Errors (n,) from those of the orbit: of places, over the radius; of arrival times; of g, relative."""
+
+    place: Array
+    late: Array
+    ratio: Array
 
 
 @dataclass(frozen=True)
@@ -247,6 +257,19 @@ class Arrivals:
         """The time of the viewer at which the source's own light arrives, from the ray close to it."""
         late, _ = self.source.searched.viewer_time(np.asarray(self.beams.time), np.asarray(self.beams.time_error))
         return self.time + late + (np.stack(self.momentum, axis=-1) * self.offset).sum(axis=1)
+
+    @cached_property
+    def orbit_errors(self) -> "OrbitErrors":
+        """What the errors of the orbit make of this light."""
+        errors, radius = self.source.motion.errors(self.time), self.places.radius
+        scales = np.stack(self._scales, axis=-1) * radius[:, None]
+        longest = np.maximum(scales[:, 0], scales[:, 1:].max(axis=1) / radius)
+        place, velocity = errors.place * longest, errors.velocity * longest
+        push = lengths(np.stack(self.momentum, axis=-1) / scales)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            # (dtau / dt)^2 and 1 - p.v, of which the ratio is made, change by so much at most.
+            ratio = (place + velocity) * (2 / clock_rates(self.source.spin, self.places) + push / np.abs(self.rate))
+        return OrbitErrors(place, push * place * radius, ratio)
 
     def stepped(self, step: Float[Array, "n 2"]) -> Float[Array, "n 3"]:
         """The directions after steps along `tangent_basis(N)`."""

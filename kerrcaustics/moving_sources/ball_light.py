@@ -132,6 +132,8 @@ def _with_parts(
             if turn is not None and folds is not None:
                 sights.axes[i] = folds.axes[turn]
         images = ball.sliced_light(sights)
+        # The light changes over the size of the ball.
+        known = ball.source.motion.errors(emitted).place * ball.source.motion.at(emitted).radius / ball.size
         rough = 0
         for group in _groups(parts, images):
             image, part = images[group[0]], parts[group[0]]
@@ -143,7 +145,7 @@ def _with_parts(
             elif image.flux > 0:
                 for branch in branches:
                     flux[branch, part.time] += image.flux / len(branches)
-                    error[branch, part.time] += image.error / len(branches)
+                    error[branch, part.time] += (image.error + known[group[0]] * image.flux) / len(branches)
                     sky[branch, part.time] = image.sky
         if rough:
             remarks.append(f"{rough} images of the ball are known roughly")

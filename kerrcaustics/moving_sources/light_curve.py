@@ -18,7 +18,8 @@ from kerrcaustics.moving_sources.ball_light import BallShares, ball_shares
 from kerrcaustics.moving_sources.balls import Ball
 from kerrcaustics.moving_sources.image_curves import ImageCurves, Turn, image_curves, searched
 from kerrcaustics.moving_sources.seen_images import SeenImages, seen_images
-from kerrcaustics.orbits.orbit import BodyMotion, Orbit, Path, checked_places, orbit_of
+from kerrcaustics.orbits.motions import BodyMotion, Path
+from kerrcaustics.orbits.orbit import UNSTABLE, Orbit, checked_places, ending, orbit_of
 from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.spacetime.checks import one_of, quoted, whole_number
@@ -206,7 +207,8 @@ def light_curve(
 
     Errors
     ------
-    Point: `SourceLightCurve.error`, from the errors of the beams, and near an event from that of its time. Ball: from
+    Point: `SourceLightCurve.error`, from the errors of the beams and of the orbit, and near an event from that of its
+    time. On unstable orbits rounding grows exponentially; beyond 1e-6 of the radius nothing is certified. Ball: from
     the difference from coarser sums, and (size / r)^2, by which spacetime bends within it. Spot: `LightCurve.error`,
     `centroid_error` and `travel_time_error`, from the difference from half of the points, at that time and on average
     over all times. Events lie where beams are flat, and are as accurate as rays.
@@ -316,7 +318,7 @@ def _within(motion: BodyMotion, emitted: float, time: float, known: tuple[float,
     first, last = motion.span
     if emitted > last and last < known[1]:
         raise ValueError(
-            f"Argument `orbit` must stay outside the hole within `times`, but reaches the horizon before the light "
+            f"Argument `orbit` must stay outside the hole within `times`, but {ending(motion, last)}, before the light "
             f"that arrives at t = {time:.6g} leaves."
         )
     return min(max(emitted, first), last)
@@ -385,6 +387,9 @@ def _light_curve(
         centroid_error = (off * apart + shares * np.nan_to_num(sky_error)).sum(axis=0) / flux
     unreached = sum(int((~s.reached).sum()) for s in point_images)
     remarks = [*curves.remarks, *(() if ball is None else ball.remarks)]
+    unknown = max((source.motion.errors(s.emitted).place.max(initial=0.0) for s in point_images), default=0.0)
+    if unknown > UNSTABLE:
+        remarks.append(f"the orbit is unstable: rounding grows to {unknown:.1g} of its radius")
     if unreached:
         remarks.append(f"{unreached} images at some of the times are known roughly")
     turns = [turn for turn in curves.turns if times.min() <= turn.point.arrival[0] <= times.max()]
@@ -424,6 +429,6 @@ def _event(source: Source, turn: Turn) -> SourceEvent:
         theta=theta,
         phi=phi,
         sky=searched_sky.shown(point.sky)[0],
-        error=turn.error * float(point.rate[0]) + float(np.asarray(rays.beams.time_error)[0]),
+        error=turn.error * float(point.rate[0]) + float((rays.beams.time_error + rays.orbit_errors.late)[0]),
         sky_error=float(searched_sky.errors(point.sky, np.array([turn.sky_error]))[0]),
     )

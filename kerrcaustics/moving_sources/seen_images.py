@@ -166,10 +166,11 @@ def _shown(
     plus, minus = beams.delta_plus[rows], np.abs(beams.delta_minus[rows])
     size, ratio = (part[rows] for part in size_and_ratio(rays))
     root, off_root = (part[rows] for part in rays.radial_root)
+    place, later, off_ratio = (part[rows] for part in rays.orbit_errors)
     with np.errstate(divide="ignore", invalid="ignore"):
         magnification = size**2 / (plus * minus)
         flux = ratio**4 * magnification / (4 * math.pi * root)
-        late, off = np.asarray(beams.time_error)[rows], beams.error[rows] + lengths(rays.miss[rows])
+        late, off = np.asarray(beams.time_error)[rows] + later, beams.error[rows] + lengths(rays.miss[rows]) + place
         lost = 2 * beams.jacobian_error[rows] * plus / minus + off * plus / minus + off_root + 4 * _OF_RATIO
         speed = lengths(rays.by_time[rows])
         for turn in (branch.born, branch.dies):
@@ -177,7 +178,7 @@ def _shown(
                 # The light goes by the root of the distance from the caustic, that is of the time from the event.
                 away = np.abs(time - turn.point.arrival[0])
                 lost = lost + (turn.error + late + off / np.maximum(speed, 1e-300) * rays.rate[rows]) / (2 * away)
-        error = np.minimum(np.where(done, lost, 1.0), 1.0) * flux
+        error = (np.minimum(np.where(done, lost, 1.0), 1.0) + 4 * off_ratio) * flux
     return SeenImages(
         sky=sky,
         second=rays.second[rows],

@@ -260,8 +260,9 @@ def turning_points(
     rays = source.arrivals(best.sky, best.time, best.second)
     with np.errstate(divide="ignore", invalid="ignore"):
         bend = np.abs(_lean(second) - _lean(first)) / span
-        off = (rays.beams.jacobian_error + rays.beams.error + np.abs(_lean(best))) / bend
-        late = rays.beams.error / lengths(rays.by_time) + off**2 * bend * best.moment
+        miss = rays.beams.error + rays.orbit_errors.place
+        off = (rays.beams.jacobian_error + miss + np.abs(_lean(best))) / bend
+        late = miss / lengths(rays.by_time) + off**2 * bend * best.moment
     return best, late, off * lengths(best.along)
 
 

@@ -6,9 +6,10 @@ psi more. Neither turning points nor the spin axis are special. Coordinate time 
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -19,17 +20,22 @@ from scipy.optimize import brentq
 from kerrcaustics.orbits.moving_place import Place
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.sphere import lengths
 
 Array = np.ndarray
 
 _TOLERANCE = 1e-13
+# Displacements, in radii and velocities, that grow to the errors of places.
+_DISPLACEMENT = 3e-13
+# Further out radii are displaced inward.
+_FAR = 1e6
 # Steps of Newton's method to the Mino time of a coordinate time.
 _INVERSIONS = 6
 # Of the horizon's radius: nearer to it a fall ends. It takes infinitely long, in coordinate time.
 _NEAREST = 1e-4
 _SAMPLES = 200
 # Fastest speed that a circular orbit is looked for with.
-_FASTEST = 1 - 1e-9
+_FASTEST = 1 - 1e-12
 # An azimuth that seems to run backward by less, radians, stands still.
 _STILL = 1e-6
 
@@ -138,18 +144,74 @@ class _Leg:
         return between(brentq(early, *ends, xtol=1e-300, rtol=1e-15))
 
 
+class PlaceErrors(NamedTuple):
+    """Errors (n,) of places, over the radius, and of velocities; 1 where nothing is known."""
+
+    place: Array
+    velocity: Array
+
+
+@dataclass(frozen=True)
+class Release:
+    """A body that is let go: a camera, its azimuth in radians, and the coordinate time."""
+
+    camera: Camera
+    azimuth: float
+    time: float
+
+    def displaced(self) -> "tuple[Release, Release]":
+        """Releases that differ by a little more than the integration can tell: another radius, another velocity."""
+        camera, small = self.camera, _DISPLACEMENT
+        v = np.array(camera.fido_velocity())
+        other = (1 - small) * v + small * (1 - np.linalg.norm(v)) / math.sqrt(3)
+        # Toward radii that a camera may have.
+        radius = camera.radius * (1 + small if camera.radius < _FAR else 1 - small)
+        further = Camera(camera.spin, radius, camera.inclination, tuple(v.tolist()))
+        moved = Camera(camera.spin, camera.radius, camera.inclination, tuple(other.tolist()))
+        return replace(self, camera=further), replace(self, camera=moved)
+
+
 @dataclass(frozen=True)
 class Geodesic:
     """A body in free fall.
 
-    span: first and last coordinate time of the integration; where it fell into the hole, the time when it did. error:
-    the largest relative change of E, L_z and Q over it, as `_drift` measures it.
+    release: its beginning. span: first and last coordinate time of the integration; where it fell into the hole, the
+    time when it did. error: the largest relative change of E, L_z and Q over it, as `_drift` measures it.
     """
 
+    release: Release
     constants: FallConstants
     span: tuple[float, float]
     error: float
     _legs: tuple[_Leg, ...]
+
+    def errors(self, time: Float[Array, " n"]) -> PlaceErrors:
+        """Errors of places at times within the span: distances to falls that begin beside this one.
+
+        They count as what they were at most since the release.
+        """
+        times, place, velocity = self._growth
+        # The next time further from the release.
+        after = np.searchsorted(times, time, side="left")
+        before = np.searchsorted(times, time, side="right") - 1
+        at = np.clip(np.where(time < self.release.time, before, after), 0, len(times) - 1)
+        return PlaceErrors(place[at], velocity[at])
+
+    @cached_property
+    def _growth(self) -> tuple[Array, Array, Array]:
+        """Times (n,) in order, and both errors there."""
+        times = np.unique(np.clip(np.concatenate([leg.states[:, 8] for leg in self._legs]), *self.span))
+        errors = sum(_apart(self, other, times) for other in map(self._beside, self.release.displaced()))
+        # Between its steps the integration is as good as its constants are kept.
+        errors = np.minimum(errors + self.error, 1.0)
+        since = int(np.searchsorted(times, self.release.time))
+        later = np.maximum.accumulate(errors[:, since:], axis=1)
+        earlier = np.maximum.accumulate(errors[:, since::-1], axis=1)[:, ::-1]
+        place, velocity = np.concatenate([earlier[:, :-1], later], axis=1)
+        return times, place, velocity
+
+    def _beside(self, release: Release) -> "Geodesic":
+        return free_fall(release.camera, release.azimuth, release.time, self.span)
 
     def place(self, time: float) -> Place:
         """Return the place at a time; over a pole the azimuth jumps by pi."""
@@ -192,13 +254,20 @@ def free_fall(camera: Camera, azimuth: float, time: float, span: tuple[float, fl
     Parameters: azimuth, radians, at that time. On the spin axis e_theta points along it. Errors: `Geodesic.error`;
     1e-11 or better over tens of orbits, and for falls to the hole.
     """
-    constants, state = _start(camera, azimuth, time)
+    constants, state = initial_state(camera, azimuth, time)
     ends = {min(span[0], time), max(span[1], time)} - {time}
     legs = tuple(sorted((_integrated(constants, state, end) for end in ends), key=lambda leg: leg.span))
     if not legs:
         legs = (_Leg(constants, (time, time), state[None], np.array([_azimuth(state)]), ()),)
     reached = legs[0].span[0], legs[-1].span[1]
-    return Geodesic(constants, reached, max(_drift(leg) for leg in legs), legs)
+    return Geodesic(Release(camera, azimuth, time), constants, reached, max(_drift(leg) for leg in legs), legs)
+
+
+def _apart(one: Geodesic, other: Geodesic, times: Float[Array, " n"]) -> Float[Array, "2 n"]:
+    """Distances of places over the radius, and of velocities; one that has fallen in stays where it did."""
+    (r, n, r_rate, n_rate), (s, m, s_rate, m_rate) = (fall.vectors(np.clip(times, *fall.span)) for fall in (one, other))
+    place = np.abs(s - r) / r + lengths(m - n)
+    return np.stack([place, np.abs(s_rate - r_rate) + r * lengths(m_rate - n_rate)])
 
 
 def circular_velocity(spin: float, radius: float, theta: float, heading: float) -> tuple[float, float, float]:
@@ -210,7 +279,7 @@ def circular_velocity(spin: float, radius: float, theta: float, heading: float) 
 
     def pull(speed: float) -> float:
         camera = Camera(spin, radius, theta, (0.0, speed * south, speed * east))
-        return -_start(camera, 0.0, 0.0)[0].radial(1 / radius)[1]
+        return -initial_state(camera, 0.0, 0.0)[0].radial(1 / radius)[1]
 
     if not pull(0.0) < 0 < pull(_FASTEST):
         raise ValueError("Argument `velocity` must not be circular where no orbit keeps its radius.")
@@ -218,7 +287,7 @@ def circular_velocity(spin: float, radius: float, theta: float, heading: float) 
     return 0.0, speed * south, speed * east
 
 
-def _start(camera: Camera, azimuth: float, time: float) -> tuple[FallConstants, Float[Array, "10"]]:
+def initial_state(camera: Camera, azimuth: float, time: float) -> tuple[FallConstants, Float[Array, "10"]]:
     """Constants of the motion of a camera, and its state."""
     v_r, v_theta, v_phi = camera.fido_velocity()
     frame = camera.frame()

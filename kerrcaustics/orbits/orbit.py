@@ -1,59 +1,66 @@
-"""Orbits of sources: where a body is at each coordinate time, on a geodesic, on a Kepler ellipse, or as one says.
-
-BodyPlaces are held as a radius and a unit vector of theta and phi, so that the spin axis is a place like all others.
-"""
+"""Orbits of sources: on a geodesic, on a Kepler ellipse, or by a function of the coordinate time."""
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, get_args
 
 import numpy as np
 from jaxtyping import Float
 
-from kerrcaustics.orbits.geodesics import Geodesic, circular_velocity, free_fall
+from kerrcaustics.choices import ReleaseName, near
+from kerrcaustics.orbits.geodesics import free_fall
+from kerrcaustics.orbits.motions import BodyMotion, BodyPlaces, Falling, KeplerMotion, Path, Reported, circling
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, Velocity
 from kerrcaustics.spacetime.checks import quoted, real_number
-from kerrcaustics.spacetime.sphere import from_angles, polar_angle
 from kerrcaustics.spacetime.viewer import finite_number
 
 Array = np.ndarray
-Path = Callable[[float], tuple[float, float, float]]
 
-# Steps of differences, in times r^(3/2) of an orbit: the errors of the fifth order and of rounding are about equal.
-_STEP = 1e-3
-_STENCIL = np.array([-2.0, -1.0, 1.0, 2.0])
-_SLOPES = np.array([1.0, -8.0, 8.0, -1.0]) / 12
-_KEPLER_STEPS = 60
-
-
-class BodyPlaces(NamedTuple):
-    """Places at some times, and their rates in coordinate time: radius (n,), unit vector (n, 3) of theta and phi."""
-
-    radius: Array
-    vector: Array
-    radius_rate: Array
-    rate: Array
-
-    @property
-    def angles(self) -> Float[Array, "n 2"]:
-        """theta and phi."""
-        return np.stack([polar_angle(self.vector), np.arctan2(self.vector[:, 1], self.vector[:, 0])], axis=-1)
+# Velocities with a name, and headings of those that keep the radius.
+RELEASES: tuple[ReleaseName, ...] = get_args(ReleaseName)
+CIRCLES = {"circular": 0.0, "retrograde": math.pi}
+# Of its radius: the place of an orbit is in doubt where rounding grows to more.
+UNSTABLE = 1e-6
 
 
-@runtime_checkable
-class BodyMotion(Protocol):
-    """The motion of a body about one hole."""
+@dataclass(frozen=True)
+class _Throw:
+    """A body that is let go at a place and a time, or kept on a circle there: "circular" or "retrograde"."""
 
-    @property
-    def span(self) -> tuple[float, float]:
-        """First and last time at which it is known."""
-        ...
+    radius: float
+    theta: float
+    phi: float
+    velocity: Velocity
+    time: float
 
-    def at(self, time: Float[Array, " n"]) -> BodyPlaces:
-        """The places at times within the span."""
-        ...
+    def about(self, spin: float, span: tuple[float, float]) -> BodyMotion:
+        """Its motion about a hole, over a span of time."""
+        if isinstance(self.velocity, str) and self.velocity in CIRCLES:
+            return circling(spin, self.radius, self.theta, self.phi, CIRCLES[self.velocity], self.time)
+        camera = Camera(spin, self.radius, self.theta, self.velocity)
+        return Falling(free_fall(camera, self.phi, self.time, span))
+
+    def period(self, spin: float) -> float:
+        """That of a circle in the equatorial plane."""
+        return 2 * math.pi * (self.radius**1.5 + spin)
+
+
+@dataclass(frozen=True)
+class _Fixed:
+    """A motion that is the same about all holes."""
+
+    motion: BodyMotion
+    length: float = math.nan
+
+    def about(self, spin: float, span: tuple[float, float]) -> BodyMotion:
+        """The motion."""
+        return self.motion
+
+    def period(self, spin: float) -> float:
+        """Its period."""
+        return self.length
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,8 +119,8 @@ class Orbit:
             The place at a time; theta and phi in radians.
         velocity : (v_r, v_theta, v_phi) or str
             As the fiducial observer there measures it, in units of c. "circular": along phi, such that the radius is
-            kept, which off the equatorial plane is an inclined orbit at its highest latitude; "fiducial" or "static":
-            released from rest.
+            kept, which off the equatorial plane is an inclined orbit at its highest latitude; "retrograde": the same
+            against the spin; "fiducial" or "static": released from rest.
         time : float
             The time when the body is there.
 
@@ -124,7 +131,9 @@ class Orbit:
 
         Errors
         ------
-        The constants of motion are kept to 1e-11 or better over tens of orbits.
+        Circular orbits are exact. For others the constants of motion are kept to 1e-11 or better over tens of orbits;
+        a displacement of the size of rounding grows, fast where the orbit is unstable, and is part of the errors of
+        light curves.
 
         Examples
         --------
@@ -137,22 +146,16 @@ class Orbit:
         }
         when = finite_number("time", time)
 
-        def about(spin: float, span: tuple[float, float]) -> BodyMotion:
-            moves: Any = velocity
-            if isinstance(velocity, str) and velocity == "circular":
-                moves = circular_velocity(spin, place["radius"], place["theta"], 0.0)
-            camera = Camera(spin, place["radius"], place["theta"], moves)
-            return _Falling(free_fall(camera, place["phi"], when, span))
-
         # A velocity that no hole allows is refused at once; the place is checked beside a hole.
         if not isinstance(velocity, str):
-            Camera(0.0, 1e6, 0.0, velocity)
-        elif velocity not in ("circular", "fiducial", "static"):
+            velocity = Camera(0.0, 1e6, 0.0, velocity).fido_velocity()
+        elif velocity not in RELEASES:
             raise ValueError(
-                "Argument `velocity` must be circular, fiducial, static or three finite numbers, but is "
-                f"{quoted(velocity)}."
+                f"Argument `velocity` must be {', '.join(RELEASES)} or three finite numbers, but is "
+                f"{quoted(velocity)}{near(velocity, RELEASES)}"
             )
-        return cls(_words("geodesic", {**place, "velocity": velocity, "time": when}), about, when)
+        throw = _Throw(**place, velocity=velocity, time=when)
+        return cls(_words("geodesic", {**place, "velocity": velocity, "time": when}), throw.about, when)
 
     @classmethod
     def kepler(
@@ -207,9 +210,8 @@ class Orbit:
             raise ValueError(f"Argument `eccentricity` must lie in [0, 1), but is {quoted(eccentricity)}.")
         if not 0 <= elements["inclination"] <= math.pi:
             raise ValueError(f"Argument `inclination` must lie in [0, pi] radians, but is {quoted(inclination)}.")
-        ellipse = _KeplerMotion(**elements)
-        period = 2 * math.pi * elements["semi_major_axis"] ** 1.5
-        return cls(_words("kepler", elements), lambda spin, span: ellipse, elements["time"], lambda spin: period)
+        ellipse = _Fixed(KeplerMotion(**elements), 2 * math.pi * elements["semi_major_axis"] ** 1.5)
+        return cls(_words("kepler", elements), ellipse.about, elements["time"], ellipse.period)
 
     @classmethod
     def function(cls, path: Path) -> "Orbit":
@@ -229,7 +231,7 @@ class Orbit:
         """
         if not callable(path):
             raise ValueError(f"Argument `path` must be a function of the time, but is {quoted(path)}.")
-        return cls(f"function {getattr(path, '__name__', type(path).__name__)}", lambda spin, span: _Told(path))
+        return cls(f"function {getattr(path, '__name__', type(path).__name__)}", _Fixed(Reported(path)).about)
 
 
 def orbit_of(name: str, value: object) -> Orbit:
@@ -242,106 +244,11 @@ def orbit_of(name: str, value: object) -> Orbit:
     radius = real_number(name, value)
     if not math.isfinite(radius):
         raise ValueError(f"Argument `{name}` must be a radius, an Orbit or a function of time, but is {quoted(value)}.")
-    circle = Orbit.geodesic(radius)
-    return replace(circle, period=lambda spin: 2 * math.pi * (radius**1.5 + spin))
+    return replace(Orbit.geodesic(radius), period=_Throw(radius, math.pi / 2, 0.0, "circular", 0.0).period)
 
 
 def _words(kind: str, values: dict[str, Any]) -> str:
     return f"{kind}({', '.join(f'{name}={value!r}' for name, value in values.items())})"
-
-
-@dataclass(frozen=True)
-class _Falling:
-    """The motion on a geodesic."""
-
-    geodesic: Geodesic
-
-    @property
-    def span(self) -> tuple[float, float]:
-        return self.geodesic.span
-
-    def at(self, time: Float[Array, " n"]) -> BodyPlaces:
-        return BodyPlaces(*self.geodesic.vectors(time))
-
-
-@dataclass(frozen=True)
-class _KeplerMotion:
-    """The motion on a Kepler ellipse."""
-
-    semi_major_axis: float
-    eccentricity: float
-    inclination: float
-    node: float
-    pericentre: float
-    time: float
-
-    @property
-    def span(self) -> tuple[float, float]:
-        return -math.inf, math.inf
-
-    def at(self, time: Float[Array, " n"]) -> BodyPlaces:
-        e, rate = self.eccentricity, self.semi_major_axis**-1.5
-        mean = np.remainder(rate * (time - self.time) + math.pi, 2 * math.pi) - math.pi
-        # Newton's method from the far side, where Kepler's equation is convex: it never overshoots.
-        anomaly = np.copysign(math.pi, mean)
-        for _ in range(_KEPLER_STEPS):
-            step = (anomaly - e * np.sin(anomaly) - mean) / (1 - e * np.cos(anomaly))
-            anomaly = anomaly - step
-            if (np.abs(step) < 4e-16 * np.maximum(np.abs(anomaly), 1e-3)).all():
-                break
-        cosine, sine, flat = np.cos(anomaly), np.sin(anomaly), math.sqrt((1 - e) * (1 + e))
-        turned = rate / (1 - e * cosine)
-        radius, grows = self.semi_major_axis * (1 - e * cosine), self.semi_major_axis * e * sine * turned
-        x, y = self.semi_major_axis * (cosine - e), self.semi_major_axis * flat * sine
-        x_rate, y_rate = -self.semi_major_axis * sine * turned, self.semi_major_axis * flat * cosine * turned
-        plane = np.stack([x, y], axis=-1) / radius[:, None]
-        plane_rate = (np.stack([x_rate, y_rate], axis=-1) - plane * grows[:, None]) / radius[:, None]
-        return BodyPlaces(radius, plane @ self._axes, grows, plane_rate @ self._axes)
-
-    @property
-    def _axes(self) -> Float[Array, "2 3"]:
-        """Unit vectors toward the pericentre, and along the motion there."""
-        c, s = math.cos(self.node), math.sin(self.node)
-        tilt, up = math.cos(self.inclination), math.sin(self.inclination)
-        node, ahead = np.array([c, s, 0.0]), np.array([-s * tilt, c * tilt, up])
-        along, across = math.cos(self.pericentre), math.sin(self.pericentre)
-        return np.stack([along * node + across * ahead, along * ahead - across * node])
-
-
-@dataclass(frozen=True)
-class _Told:
-    """The motion that a function gives."""
-
-    path: Path
-
-    @property
-    def span(self) -> tuple[float, float]:
-        return -math.inf, math.inf
-
-    def at(self, time: Float[Array, " n"]) -> BodyPlaces:
-        place = self._rows(time)
-        step = _STEP * np.maximum(np.abs(place[:, 0]), 1.0) ** 1.5
-        around = np.stack([self._rows(time + part * step) for part in _STENCIL])
-        rates = np.tensordot(_SLOPES, around, 1) / step[:, None]
-        return BodyPlaces(place[:, 0], place[:, 1:], rates[:, 0], rates[:, 1:])
-
-    def _rows(self, time: Float[Array, " n"]) -> Float[Array, "n 4"]:
-        """Radius and unit vector at times."""
-        rows = []
-        for moment in time.tolist():
-            try:
-                r, theta, phi = (float(part) for part in self.path(moment))
-            except (TypeError, ValueError):
-                raise ValueError(
-                    "Argument `orbit` must be a function of time that returns (r, theta, phi), three numbers, but at "
-                    f"t = {moment:g} it returns {quoted(self.path(moment))}."
-                ) from None
-            if not (math.isfinite(r) and math.isfinite(theta) and math.isfinite(phi)):
-                raise ValueError(
-                    f"Argument `orbit` must return finite numbers, but at t = {moment:g} returns {(r, theta, phi)}."
-                )
-            rows.append([r, *from_angles(theta, phi).tolist()])
-        return np.array(rows).reshape(-1, 4)
 
 
 def clock_rates(spin: float, places: BodyPlaces) -> Float[Array, " n"]:
@@ -358,14 +265,20 @@ def clock_rates(spin: float, places: BodyPlaces) -> Float[Array, " n"]:
     return at_rest - big / sigma * spun - sigma * (places.radius_rate**2 / delta + turned)
 
 
+def ending(motion: BodyMotion, limit: float) -> str:
+    """In words, why a motion goes no further than a time."""
+    if motion.errors(np.array([limit])).place[0] > UNSTABLE:
+        advice = 'give earlier times, or for a circle velocity="circular"'
+        return f"is unstable, so that rounding decides whether it falls in by t = {limit:.6g} ({advice})"
+    return f"is at the horizon at t = {limit:.6g}"
+
+
 def checked_places(spin: float, motion: BodyMotion, time: Float[Array, " n"]) -> BodyPlaces:
     """The places at times; ValueError where nothing can be there, or move that way."""
     first, last = motion.span
     if (time < first).any() or (time > last).any():
         limit = first if (time < first).any() else last
-        raise ValueError(
-            f"Argument `orbit` must stay outside the hole within `times`, but is at the horizon at t = {limit:.6g}."
-        )
+        raise ValueError(f"Argument `orbit` must stay outside the hole within `times`, but {ending(motion, limit)}.")
     places = motion.at(time)
     inside = np.flatnonzero(~(places.radius > kerr.horizon(spin)))
     if len(inside):

@@ -2,10 +2,11 @@
 
 import math
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import msgspec
 
+from kerrcaustics.choices import ReleaseName
 from kerrcaustics.orbits.orbit import Orbit
 from kerrcaustics.toml_files import as_struct, not_finite, read_toml
 
@@ -16,7 +17,7 @@ class _GeodesicOrbit(msgspec.Struct, forbid_unknown_fields=True, tag_field="kind
     radius: float
     theta: float = 90.0
     phi: float = 0.0
-    velocity: Literal["circular", "fiducial", "static"] | tuple[float, float, float] = "circular"
+    velocity: ReleaseName | tuple[float, float, float] = "circular"
     time: float = 0.0
 
     def orbit(self) -> Orbit:

@@ -1,12 +1,13 @@
 """The motion of a scene's camera, from the tables that describe it."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from kerrcaustics.orbits.geodesics import Geodesic, circular_velocity, free_fall
+from kerrcaustics.orbits.geodesics import Geodesic, free_fall
+from kerrcaustics.orbits.motions import Circling, circling
 from kerrcaustics.orbits.moving_place import Place, fido_velocity, phi_rate
 from kerrcaustics.scene_files.camera_motion import (
     PLACE_NAMES,
@@ -32,10 +33,12 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 # Conservation of E, L_z and Q along a geodesic, below which its integration is good.
 _GOOD = 1e-8
-# Orbits next to the hole are followed for so long in half a minute.
+# Growth of rounding along a geodesic, as a part of the radius, below which its places are known: less than a pixel.
+_STEADY = 1e-5
+# Orbits next to the hole are followed for so long in two minutes.
 _LONGEST_FALL = 1e5
 _MOST_DEFINITIONS = 1000
-CameraMotion = Staying | Splined | Formulated | Geodesic
+CameraMotion = Staying | Splined | Formulated | Geodesic | Circling
 """The places of a camera from a first to a last time, which may be infinite."""
 
 
@@ -174,17 +177,21 @@ def _of_file(path: Path) -> Splined:
     return _splined(rows, "camera.path.file")
 
 
-def _falling(spin: float, path: GeodesicTable, span: tuple[float, float]) -> Geodesic:
-    theta = math.radians(path.inclination_deg)
+def _falling(spin: float, path: GeodesicTable, span: tuple[float, float]) -> Geodesic | Circling:
+    theta, azimuth = math.radians(path.inclination_deg), math.radians(path.azimuth_deg)
     with about("camera.path", spin="hole.spin"):
-        velocity = path.velocity
-        if velocity == "circular":
-            velocity = circular_velocity(spin, path.radius, theta, math.radians(path.heading_deg))
-        camera = Camera(spin, path.radius, theta, velocity)
+        if path.velocity == "circular":
+            circle = circling(spin, path.radius, theta, azimuth, math.radians(path.heading_deg), path.time)
+            return replace(circle, span=(min(path.time, span[0]), max(path.time, span[1])))
+        camera = Camera(spin, path.radius, theta, path.velocity)
     longest = max(abs(end - path.time) for end in span)
     if longest > _LONGEST_FALL:
         reject("camera.path", f"be followed over a time of at most {_LONGEST_FALL:g}", longest)
-    geodesic = free_fall(camera, math.radians(path.azimuth_deg), path.time, span)
+    geodesic = free_fall(camera, azimuth, path.time, span)
     if not geodesic.error < _GOOD:
         reject("camera.path", f"be followed with E, L_z and Q kept to {_GOOD:g}", geodesic.error)
+    doubt = float(geodesic.errors(np.array(geodesic.span)).place.max())
+    if not doubt < _STEADY:
+        must = f"be so stable that rounding grows to less than {_STEADY:g} of its radius"
+        reject("camera.path", must, f"such that it grows to {doubt:.1g}: shorten it, or give a circular velocity")
     return geodesic

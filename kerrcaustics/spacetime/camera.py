@@ -86,7 +86,7 @@ class Camera(Viewer):
         if self.velocity not in VELOCITY_NAMES:
             raise ValueError(
                 "Argument `velocity` must be circular, fiducial, static or a vector (v_r, v_theta, v_phi), "
-                f"but is {quoted(self.velocity)}{near(self.velocity, VELOCITY_NAMES)}"
+                f"but is {quoted(self.velocity)}{self._retrograde() or near(self.velocity, VELOCITY_NAMES)}"
             )
         if self.velocity == "fiducial":
             return (0.0, 0.0, 0.0)
@@ -127,6 +127,14 @@ class Camera(Viewer):
     def at_rest(self) -> "Camera":
         """The fiducial camera at the same event: same caustics, another sky."""
         return self if self.velocity == "fiducial" else _fiducial(self.spin, self.radius, self.inclination)
+
+    def _retrograde(self) -> str:
+        """The end of a message about a velocity: the vector that is meant by "retrograde", if there is one."""
+        if self.velocity != "retrograde" or self.cos_theta != 0 or not self.radius > kerr.photon_orbits(self.spin)[1]:
+            return ""
+        at = kerr.metric(self.spin, self.radius, 0.0)
+        speed = at.cylindrical_scale * (1 / (self.radius**1.5 - self.spin) + at.shift) / at.lapse
+        return f"; the retrograde circular orbit there has (0, 0, {-speed!r})."
 
     def frame(self) -> Frame:
         """The camera's numbers for compiled code."""
