@@ -34,10 +34,10 @@ def reading(path: str | os.PathLike[str], most: int) -> Iterator[BufferedReader]
 
 
 def read_text(path: str | os.PathLike[str], most: int) -> str:
-    """The text, in UTF-8, of a regular file of at most `most` bytes."""
+    """The text, in UTF-8 with or without a byte-order mark, of a regular file of at most `most` bytes."""
     with reading(path, most) as file:
         # No more than allowed, even if the file grows meanwhile.
-        return file.read(most).decode("utf-8")
+        return file.read(most).decode("utf-8-sig")
 
 
 @contextmanager
