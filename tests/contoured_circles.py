@@ -7,7 +7,7 @@ contours are the images, in the coordinates of the sheet, good to the grid's own
 import numpy as np
 from skimage.measure import find_contours
 
-from kerrcaustics.beams.trace import trace_rays
+from kerrcaustics.beams.trace import rays_of_directions
 from kerrcaustics.images.sheets import sheets_of
 from kerrcaustics.lens_map import sky_lines
 from kerrcaustics.lens_map.search_sky import as_seen
@@ -29,7 +29,7 @@ def contours(camera, normal, index, lines, places):
         return sheets.sky(sky_lines.line_of_sight(sheets.camera, at_turn, sheet.depth(at_turn, at_part)))
 
     grid = np.meshgrid(turn, part, indexing="ij")
-    height = trace_rays(sheets.camera, sky(*grid)).direction @ from_angles(*normal)
+    height = rays_of_directions(sheets.camera, sky(*grid)).direction @ from_angles(*normal)
     found = []
     for line in find_contours(height, 0.0):
         at = (np.interp(line[:, i], np.arange(len(axis)), axis) for i, axis in enumerate((turn, part)))

@@ -21,7 +21,7 @@ from functools import partial
 import numpy as np
 
 import kerrcaustics as kc
-from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.images.search import search
 from kerrcaustics.images.sheets import Sheets, sheets_of
 from kerrcaustics.lens_map import sky_lines
@@ -76,7 +76,7 @@ def star_claims(camera: kc.Camera, count: int, rng: np.random.Generator) -> tupl
     """Numbers of stars that were tried and certified, and broken claims."""
     sheets = sheets_of(camera, MAX_INDEX)
     sky = chosen(sheets, count, rng)
-    beams = trace_beams(sheets.camera, sky, "integrated", _TOLERANCE, crossings=False, redshift=False)
+    beams = beams_of_directions(sheets.camera, sky, "integrated", _TOLERANCE, crossings=False, redshift=False)
     good = beams.escaped & (np.asarray(beams.index) <= MAX_INDEX)
     sky, star, width = sky[good], beams.direction[good], np.abs(beams.delta_minus[good])
     found = search(sheets, star)
@@ -86,7 +86,7 @@ def star_claims(camera: kc.Camera, count: int, rng: np.random.Generator) -> tupl
     away = np.full(len(star), np.inf)
     np.minimum.at(away, images.star, angle_between(images.sky, sky[images.star]) - HONEST * images.error)
     missed = found.certified & (away > blur)
-    traced = trace_beams(sheets.camera, images.sky, "integrated", _TOLERANCE, crossings=False, redshift=False)
+    traced = beams_of_directions(sheets.camera, images.sky, "integrated", _TOLERANCE, crossings=False, redshift=False)
     off = angle_between(traced.direction, star[images.star])
     allowed = HONEST * (traced.error + images.error * np.abs(traced.delta_plus))
     invented = np.zeros(len(star), bool)
@@ -124,7 +124,7 @@ def circle_claims(camera: kc.Camera, count: int, rng: np.random.Generator) -> tu
             broken.append(f"not certified: {name}: {circle.remarks}")
             continue
         for curve in circle.curves:
-            beams = trace_beams(camera, curve.sky, "integrated", _TOLERANCE, crossings=False, redshift=False)
+            beams = beams_of_directions(camera, curve.sky, "integrated", _TOLERANCE, crossings=False, redshift=False)
             height = np.abs(beams.direction @ from_angles(*normal))
             if (height > HONEST * (curve.error * beams.delta_plus + beams.error)).any():
                 broken.append(f"off its circle by {height.max():.1g}: {name}")

@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 import kerrcaustics as kc
+from kerrcaustics.beams.trace import beams_of_directions, rays_of_directions
 from kerrcaustics.images.reciprocal import directions
 from kerrcaustics.scenes.disk.emission import page_thorne_flux
 
@@ -65,7 +66,7 @@ def landings(observer: kc.Observer, places: tuple[Array, Array]) -> tuple[Array,
     """Radii and azimuths (n,) where photons of (alpha, beta) first meet the plane."""
     b, q = screen.constants(observer, *places)
     sky = sky_of(observer, b, q, np.where(places[1] < 0, -1.0, 1.0))
-    rays = kc.trace_rays(observer, sky, end=kc.EquatorialPlane(1))
+    rays = rays_of_directions(observer, sky, end=kc.EquatorialPlane(1))
     assert rays.radius is not None
     return rays.radius, rays.azimuth
 
@@ -127,7 +128,7 @@ def gyoto_disk(distance: float, side: int = 48) -> Light:
 
 def light_of_disk(observer: kc.Observer, sky: Array) -> tuple[Array, Array]:
     """Radii (n,) where rays first meet the plane, and bolometric intensities of a disk of Page & Thorne there."""
-    beams = kc.trace_beams(observer, sky, end=kc.EquatorialPlane(1))
+    beams = beams_of_directions(observer, sky, end=kc.EquatorialPlane(1))
     assert beams.radius is not None and beams.redshift is not None
     return beams.radius, beams.redshift**4 * page_thorne_flux(DISK_SPIN, beams.radius)
 

@@ -12,6 +12,7 @@ import numpy as np
 
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import SKY, End
+from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.lens_map.domains import OneLeaf, TwoLeaves, domain_of
 from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.lens_map.sky_chart import chart_of
@@ -136,7 +137,8 @@ class _Side:
         x = np.stack([phi + a * size for a, _ in _CORNERS], axis=1)
         y = np.stack([np.maximum(depth + b * beyond, 1e-9) for _, b in _CORNERS], axis=1)
         options = {"end": self.surface, "crossings": False, "redshift": False}
-        beams = kc.trace_beams(self.sky.search_camera, self.place(x, y).reshape(-1, 3), "auto", 1e-10, **options)
+        sky = self.place(x, y).reshape(-1, 3)
+        beams = beams_of_directions(self.sky.search_camera, sky, "auto", 1e-10, **options)
         reached = np.isfinite(beams.delta_plus).reshape(x.shape)
         ends = self.surface.ends(beams).reshape(*x.shape, -1)
         across, down = self._sides(cells)
@@ -144,10 +146,8 @@ class _Side:
         known = reached.all(axis=1) & (spread < _NARROW * self.scale)
         # How far the ends of a cell reach is known where they lie close together.
         stretch = np.where(reached, beams.delta_plus.reshape(x.shape), 0).max(axis=1)
-        away, reach = (
-            self._distances_from_limb(ends, reached),
-            np.where(known, 2 * spread, 2 * stretch * (across + down)),
-        )
+        away = self._distances_from_limb(ends, reached)
+        reach = np.where(known, 2 * spread, 2 * stretch * (across + down))
         close = (np.abs(away) < reach[:, None]).any(axis=1) & self._may_meet_disc(ends, reached)
         # The side with the longer image.
         sides = (((0, 1), (2, 3)), ((0, 2), (1, 3)))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import kerrcaustics as kc
+from kerrcaustics.beams.trace import rays_of_directions
 from kerrcaustics.images.search import search
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map import sky_lines
@@ -27,7 +28,7 @@ def line_between(sheets: Sheets, turn: float, index: int, points: int) -> tuple[
     sheet = sheets.sheets[index]
     turns = np.full(points, turn)
     sky = sheets.sky(sky_lines.line_of_sight(sheets.camera, turns, sheet.depth(turns, np.linspace(0, 1, points))))
-    rays = kc.trace_rays(sheets.camera, sky, "auto", _TOLERANCE)
+    rays = rays_of_directions(sheets.camera, sky, "auto", _TOLERANCE)
     return sky, rays.direction, rays.azimuth
 
 
