@@ -17,6 +17,8 @@ Kind = TypeVar("Kind")
 # Bytes of a file; tables within tables; a key of more parts than that, which takes time as the square of their number.
 _LONGEST, _DEEPEST = 16_000_000, 32
 _DEEP_KEY = re.compile(rf"(?<![\w\"'-])(?:[\w\"'-]+\s*\.\s*){{{_DEEPEST}}}")
+# Messages of the decoder about escapes.
+_ESCAPE = re.compile(r"Invalid (hex|escape)|Unescaped|Invalid unicode", re.IGNORECASE)
 TOO_DEEP = "it is nested too deeply"
 
 # Characters of a value in a message.
@@ -42,6 +44,8 @@ def read_toml(path: str | Path, holds: str = "scene") -> dict[str, Any]:
         raise ValueError(f"{holds.capitalize()} {path}: it is no text in UTF-8.") from None
     except (msgspec.DecodeError, RecursionError) as error:
         what = TOO_DEEP if isinstance(error, RecursionError) else str(error)
+        if _ESCAPE.match(what):
+            what += r": \ is an escape in double quotes, so that paths need / or 'single quotes'"
         raise ValueError(f"{holds.capitalize()} {path}: {' '.join((what[:1].lower() + what[1:]).split())}.") from None
 
 

@@ -11,6 +11,7 @@ from kerrcaustics.spacetime.checks import apart, quoted
 CAMERA = kc.Camera(0.9, 10.0)
 VIEW = kc.pictures.View(8, 8, 1.0)
 LIGHT = np.zeros((4, 8, 3))
+MAP = kc.skies.Panorama(LIGHT)
 BAD = [
     (lambda: kc.render(CAMERA, None, None), "`view` must be a View or a Screen, but is NoneType."),
     (lambda: kc.render(CAMERA, VIEW, "stars"), "`sky` must be a sky, with a method `light`, but is 'stars'."),
@@ -77,6 +78,29 @@ BAD = [
     (lambda: kc.light_curve(CAMERA, "isco"), "`orbit` must be a finite number, but is 'isco'."),
     (lambda: kc.caustics(0.9, 10.0), "`camera` must be a Camera or an Observer, but is float."),
     (lambda: kc.save(".", CAMERA), "`path` must name a file, but '.' is a folder."),
+    (
+        lambda: kc.Camera(-0.5, 10.0),
+        "`spin` must lie in [0, 1), but is -0.5: the mirror image, spin 0.5 with azimuths and velocities along phi of",
+    ),
+    (
+        lambda: kc.isco(-0.5),
+        'is such a hole; orbits and disks against the spin have motion "retrograde".',
+    ),
+    (lambda: kc.isco([0.1, 1.0]), "`spin` must lie in [0, 1), but is 1.0."),
+    (
+        lambda: kc.Camera(0.9, 4e10),
+        "`radius` must be at most 1e+09, but is 4e+10: farther away, take an Observer at radius inf",
+    ),
+    (
+        lambda: kc.Camera(0.9, math.inf),
+        "`radius` must be a finite number, but is inf: farther away, take an Observer at radius inf",
+    ),
+    (lambda: MAP.to_healpix(3), "`nside` must be a power of two, but is 3: take 4."),
+    (
+        lambda: kc.skies.Panorama.from_healpix(np.ones(108)),
+        "`values` must be a map whose nside is a power of two, but that is 3: healpy.ud_grade brings a map to 4.",
+    ),
+    (lambda: kc.skies.Panorama.read("sky.tif"), "but is 'sky.tif': other pictures can be converted, TIFF files to"),
 ]
 
 

@@ -69,7 +69,10 @@ def test_a_point_is_said_to_be_one(capsys):
 
 BAD = [
     (("caustics", "--spin", "1", "--radius", "6"), "--spin must lie in [0, 1), but is 1."),
-    (("caustics", "--spin", "-0.1", "--radius", "6"), "--spin must lie in [0, 1), but is -0.1."),
+    (
+        ("caustics", "--spin", "-0.1", "--radius", "6"),
+        "--spin must lie in [0, 1), but is -0.1: the mirror image",
+    ),
     (("caustics", "--spin", "nan", "--radius", "6"), "--spin must be a finite number, but is nan."),
     (("caustics", "--spin", "fast", "--radius", "6"), "Argument --spin must be a number, but is fast."),
     (("caustics", "--spin", "0.9", "--radius", "1.4"), "--radius must be larger than the horizon radius 1.43588989435"),

@@ -162,6 +162,15 @@ def test_other_endings_say_what_to_do():
             kc.skies.Panorama.read(name)
 
 
+def test_a_healpix_table_says_where_it_belongs(tmp_path):
+    fits = pytest.importorskip("astropy.io.fits")
+    table = fits.BinTableHDU.from_columns([fits.Column("T", "E", array=np.ones(12))])
+    table.header["PIXTYPE"] = "HEALPIX"
+    table.writeto(tmp_path / "map.fits")
+    with pytest.raises(ValueError, match=r"a FITS file with an image, but .* has none: it is a HEALPix table"):
+        kc.skies.Panorama.read(tmp_path / "map.fits")
+
+
 def flat(path, rows, colours):
     """A picture of one colour, whose file is small."""
     row = b"\0" + bytes(colours) * (2 * rows)

@@ -160,3 +160,61 @@ def test_radians_in_the_place_of_degrees_are_a_remark_on_a_scene(tmp_path):
     for template in templates.first_lines():
         table = tomllib.loads(templates.template_text(template))
         assert not any(if_radians(*entry) for entry in numbers_in(table))
+
+
+def scene_on_path(tmp_path, path, view="width = 8"):
+    text = f"hole = {{spin = 0.9}}\ncamera.velocity = 'fiducial'\nview = {{{view}}}\nsky = {{kind = 'checkerboard'}}\n"
+    (tmp_path / "scene.toml").write_text(f"{text}[camera.path]\n{path}\n[film]\nframes = 3\n")
+    return kc.SceneFile.read(tmp_path / "scene.toml")
+
+
+def test_angles_that_may_turn_the_wrong_way_round_are_a_remark(tmp_path):
+    """In keyframes, in CSV files and at times; whole turns are meant, as are steps of half a turn."""
+
+    def places(*azimuths):
+        return ", ".join(f"{{time = {9 * i}, radius = 20, azimuth_deg = {phi}}}" for i, phi in enumerate(azimuths))
+
+    line = "goes from 359 at t = 9 to 5 at t = 18, through 354 degrees: the short way round ends at 365."
+    wrapped = scene_on_path(tmp_path, f'kind = "keyframes"\nkeyframes = [{places(355, 359, 5, 9)}]')
+    assert wrapped.remarks == (f"camera.path: azimuth_deg {line}",)
+    rows = "".join(f"{9 * i},20,90,{phi}\n" for i, phi in enumerate((355, 359, 5, 175, -175)))
+    (tmp_path / "way.csv").write_text(f"time,radius,inclination_deg,azimuth_deg\n{rows}")
+    in_file = scene_on_path(tmp_path, 'kind = "csv"\nfile = "way.csv"')
+    assert in_file.remarks == (f"camera.path: azimuth_deg {line} It is the first of 2 such steps.",)
+    for meant in ((355, 359, 365), (0, 360), (0, 180), (0, 720)):
+        assert scene_on_path(tmp_path, f'kind = "keyframes"\nkeyframes = [{places(*meant)}]').remarks == ()
+    plain = f'kind = "keyframes"\nkeyframes = [{places(0, 10)}]'
+    for key in ("tilt_deg", "yaw_deg", "pitch_deg"):
+        values = f"width = 8, {key} = [{{time = 0, value = 170}}, {{time = 9, value = -170}}]"
+        (remark,) = scene_on_path(tmp_path, plain, values).remarks
+        assert remark.startswith(f"view.{key} goes from 170 at t = 0 to -170 at t = 9, through 340 degrees")
+        assert remark.endswith("ends at 190.")
+
+
+def test_a_path_too_fast_by_such_a_step_says_so(tmp_path):
+    text = "hole = {spin = 0.9}\nview = {width = 8}\nsky = {kind = 'checkerboard'}\n[camera]\nvelocity = 'path'\n"
+    keys = ", ".join(f"{{time = {i}, radius = 20, azimuth_deg = {phi}}}" for i, phi in enumerate((358, 359, 0, 1)))
+    (tmp_path / "scene.toml").write_text(f"{text}[camera.path]\nkind = 'keyframes'\nkeyframes = [{keys}]\n")
+    with pytest.raises(ValueError, match=r"camera.path must move slower than light, .* goes from 359 at t = 1 to 0 at"):
+        kc.SceneFile.read(tmp_path / "scene.toml")
+
+
+@pytest.mark.parametrize(
+    ("head", "words"),
+    [
+        ("time;radius;inclination_deg;azimuth_deg", "has semicolons: separate columns by commas"),
+        ("time,radius,inclination_deg,azimuth_deg,note", "has more columns: leave out 'note'"),
+        ("time,radius,inclination_deg", "lacks azimuth_deg"),
+    ],
+)
+def test_the_first_line_of_a_path_says_what_is_wrong(tmp_path, head, words):
+    (tmp_path / "way.csv").write_text(f"{head}\n0,20,90,0,1\n")
+    with pytest.raises(ValueError, match=rf"camera.path.file must name a file .*, but that of .*way.csv {words}"):
+        scene_on_path(tmp_path, 'kind = "csv"\nfile = "way.csv"')
+
+
+@pytest.mark.parametrize("path", [r"C:\Users\me\sky.png", r"D:\pictures\sky.png", r"\\server\xsky.png"])
+def test_backslashes_in_paths_are_explained(tmp_path, path):
+    (tmp_path / "scene.toml").write_text(f'hole = {{spin = 0.9}}\nsky = {{kind = "panorama", file = "{path}"}}\n')
+    with pytest.raises(ValueError, match=r"at line 2.*: \\ is an escape in double quotes, so that paths need / or"):
+        kc.SceneFile.read(tmp_path / "scene.toml")

@@ -224,11 +224,11 @@ def camera_margin(spin: float, radius: float) -> float:
     ("arguments", "message"),
     [
         ({"spin": 1.0}, "Argument `spin` must lie in [0, 1), but is 1."),
-        ({"spin": -0.1}, "Argument `spin` must lie in [0, 1), but is -0.1."),
+        ({"spin": -0.1}, "Argument `spin` must lie in [0, 1), but is -0.1: the mirror image, spin 0.1"),
         ({"spin": math.nan}, "Argument `spin` must be a finite number, but is nan."),
         ({"spin": "fast"}, "Argument `spin` must be a finite number, but is 'fast'."),
         ({"radius": 1.0}, "Argument `radius` must be larger than the horizon radius"),
-        ({"radius": math.inf}, "Argument `radius` must be a finite number, but is inf."),
+        ({"radius": math.inf}, "Argument `radius` must be a finite number, but is inf: farther away, take an Observer"),
         ({"radius": None}, "Argument `radius` must be a finite number, but is None."),
         ({"inclination": -0.1}, "Argument `inclination` must lie in [0, pi] radians"),
         ({"inclination": 3.2}, "Argument `inclination` must lie in [0, pi] radians"),

@@ -22,8 +22,8 @@ _MOST_ROWS = 8192
 def centres(nside: int, order: Order) -> tuple[Float[Array, " pixels"], Float[Array, " pixels"]]:
     """theta' and phi' (12 nside^2,), radians, of the centres of all pixels."""
     nside = whole_number("nside", nside, 1, MOST_SIDES)
-    if nside & (nside - 1):
-        raise ValueError(f"Argument `nside` must be a power of two, but is {nside}.")
+    if power := _next_power(nside):
+        raise ValueError(f"Argument `nside` must be a power of two, but is {nside}: take {power}.")
     nested = _is_nested(order)
     return needed("astro", "astropy_healpix.healpy").pix2ang(nside, np.arange(12 * nside**2), nest=nested)
 
@@ -45,12 +45,22 @@ def plate_carree_of(values: ArrayLike, order: Order, rows: int | None) -> Float[
         raise ValueError(
             f"Argument `values` must be one map or three of 12 nside^2 pixels, but has shape {maps.shape}."
         )
+    if power := _next_power(nside):
+        raise ValueError(
+            f"Argument `values` must be a map whose nside is a power of two, but that is {nside}: healpy.ud_grade "
+            f"brings a map to {power}."
+        )
     rows = whole_number("rows", 4 * nside if rows is None else rows, 4, _MOST_ROWS)
     theta = (np.arange(rows) + 0.5) * math.pi / rows
     phi = (np.arange(2 * rows) + 0.5) * math.pi / rows
     places = np.meshgrid(theta, phi, indexing="ij")
     interpolated, nested = needed("astro", "astropy_healpix.healpy").get_interp_val, _is_nested(order)
     return np.stack([interpolated(one, *places, nest=nested) for one in maps], axis=-1)
+
+
+def _next_power(nside: int) -> int | None:
+    """The next power of two, for a number that is none."""
+    return 1 << nside.bit_length() if nside & (nside - 1) else None
 
 
 def _is_nested(order: Order) -> bool:

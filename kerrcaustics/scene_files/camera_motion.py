@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline
 from kerrcaustics.files import read_text
 from kerrcaustics.orbits.moving_place import Place
 from kerrcaustics.scene_files.expressions import Dual, Formula, Moment
+from kerrcaustics.spacetime.checks import quoted
 
 Array = np.ndarray
 
@@ -95,7 +96,8 @@ def read_places(path: Path) -> Float[Array, "n 4"]:
         raise ValueError(f"must name a file that can be read: {path}: {reason}") from None
     rows = [[cell.strip() for cell in row] for row in rows if any(cell.strip() for cell in row)]
     if not rows or sorted(rows[0]) != sorted(COLUMNS):
-        raise ValueError(f"must name a file whose first line is {','.join(COLUMNS)}, but that of {path} is not")
+        must = f"must name a file whose first line is {','.join(COLUMNS)}"
+        raise ValueError(f"{must}, but that of {path} {_head_in_words(rows[0] if rows else [])}")
     order = [rows[0].index(name) for name in COLUMNS]
     try:
         values = np.array([[float(row[i]) for i in order] for row in rows[1:]]).reshape(-1, len(COLUMNS))
@@ -104,3 +106,13 @@ def read_places(path: Path) -> Float[Array, "n 4"]:
     if not np.isfinite(values).all():
         raise ValueError(f"must name a file with finite numbers, but {path} has others")
     return values
+
+
+def _head_in_words(head: list[str]) -> str:
+    """The way in which a first line is not that of a file of places, as the end of a sentence."""
+    if len(head) == 1 and ";" in head[0]:
+        return "has semicolons: separate columns by commas, and write decimal points"
+    lacking, more = [name for name in COLUMNS if name not in head], [name for name in head if name not in COLUMNS]
+    if lacking:
+        return f"lacks {', '.join(lacking)}"
+    return f"has more columns: leave out {', '.join(map(quoted, more or sorted(head)))}"

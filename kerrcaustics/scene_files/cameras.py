@@ -9,6 +9,7 @@ import numpy as np
 from kerrcaustics.orbits.geodesics import Geodesic, free_fall
 from kerrcaustics.orbits.motions import Circling, circling
 from kerrcaustics.orbits.moving_place import Place, fido_velocity, phi_rate
+from kerrcaustics.scene_files.angle_remarks import azimuth_remarks
 from kerrcaustics.scene_files.camera_motion import (
     PLACE_NAMES,
     Formulated,
@@ -72,7 +73,7 @@ class CameraPath:
             velocity = self.velocity or fido_velocity(self.spin, place)
             if not isinstance(velocity, str) and math.hypot(*velocity) >= 1:
                 words = f"{math.hypot(*velocity):.4g} at t = {time:g} (give camera.velocity to look from another)"
-                reject("camera.path", "move slower than light", words)
+                reject("camera.path", "move slower than light", ". ".join([words, *azimuth_remarks(self.motion)]))
             return Camera(self.spin, place.radius, place.theta, velocity), place
         except SceneError:
             raise

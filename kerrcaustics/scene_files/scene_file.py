@@ -11,7 +11,8 @@ import msgspec
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from kerrcaustics.choices import Quality, if_radians
+from kerrcaustics.choices import Quality
+from kerrcaustics.scene_files.angle_remarks import angle_remarks
 from kerrcaustics.scene_files.builders import add_glare, point_spread, sky_radius_of
 from kerrcaustics.scene_files.cameras import CameraPath, camera_path
 from kerrcaustics.scene_files.contents import Contents, FilmTable, GeodesicTable, NoSky, OverlaysTable
@@ -34,7 +35,7 @@ from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.render import Rendering
 from kerrcaustics.spacetime.checks import one_of, quoted, real_number, whole_number
 from kerrcaustics.spacetime.viewer import Viewer
-from kerrcaustics.toml_files import as_struct, not_finite, numbers_in, read_toml
+from kerrcaustics.toml_files import as_struct, not_finite, read_toml
 
 Array = np.ndarray
 
@@ -175,9 +176,7 @@ class SceneFile:
     def remarks(self) -> tuple[str, ...]:
         """Lines on what the author may not have meant."""
         black = isinstance(self.contents.sky, NoSky) and not self.matter.is_there
-        numbers = numbers_in(msgspec.to_builtins(self.contents))
-        lines = (if_radians(entry, number) for entry, number in numbers if entry.endswith("_deg"))
-        return (*((_BLACK,) if black else ()), *filter(None, lines))
+        return (*((_BLACK,) if black else ()), *angle_remarks(self.contents, self._path.motion))
 
     def record(self) -> dict[str, Any]:
         """All that the frames depend on, as plain data that JSON can hold; files that it names by what is in them."""

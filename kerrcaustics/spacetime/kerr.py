@@ -6,13 +6,13 @@ Radii are in units of the mass, angles in radians, 0 <= spin < 1.
 
 import math
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, NamedTuple, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.spacetime.arrays import HostReals
-from kerrcaustics.spacetime.checks import quoted, real_number
+from kerrcaustics.spacetime.checks import quoted, real_array, real_number
 from kerrcaustics.spacetime.cubic import largest_root
 
 
@@ -67,15 +67,23 @@ def ergosphere(spin: float, cos_theta: float) -> float:
     return 1 + math.sqrt(1 - (spin * cos_theta) ** 2)
 
 
-def isco(spin: ArrayLike, prograde: bool = True) -> float:
+@overload
+def isco(spin: float, prograde: bool = True) -> float: ...
+@overload
+def isco(spin: ArrayLike, prograde: bool = True) -> HostReals: ...
+def isco(spin: ArrayLike, prograde: bool = True) -> float | HostReals:
     """Radius of the innermost stable circular orbit in the equatorial plane, in units of M.
 
     Parameters
     ----------
-    spin : float
+    spin : float or array
         Spin a of the hole, 0 <= a < 1.
     prograde : bool
         True for orbits in the sense of the hole's rotation, False for the other sense.
+
+    Returns
+    -------
+    float, or an array of the shape of `spin`
 
     Raises
     ------
@@ -96,15 +104,33 @@ def isco(spin: ArrayLike, prograde: bool = True) -> float:
     >>> kc.isco(0.0), kc.isco(0.0, prograde=False)
     (6.0, 6.0)
     """
+    if np.ndim(spin):
+        spins = real_array("spin", spin)
+        return np.array([_isco(a, prograde) for a in spins.ravel().tolist()]).reshape(spins.shape)
+    return _isco(spin, prograde)
+
+
+def _isco(spin: Any, prograde: bool) -> float:
+    """Its radius for one spin."""
     a = real_number("spin", spin)
     if not 0 <= a < 1:
-        raise ValueError(f"Argument `spin` must lie in [0, 1), but is {quoted(spin)}.")
+        raise ValueError(f"Argument `spin` must lie in [0, 1), but is {quoted(spin)}{if_mirrored(a)}")
     with_spin, against = math.log1p(a), math.log1p(-a)
     # 3 - Z_1, of which either term alone is of the first order in the spin.
     rest = -math.expm1((2 * with_spin + against) / 3) - math.expm1((with_spin + 2 * against) / 3)
     z2 = math.sqrt(3 * a**2 + (3 - rest) ** 2)
     root = math.sqrt(rest * (6 - rest + 2 * z2))
     return 3 + z2 + (-root if prograde else root)
+
+
+def if_mirrored(spin: float) -> str:
+    """The end of a sentence about a spin that is out of range: for a negative one, the way to write what it means."""
+    if not -1 < spin < 0:
+        return "."
+    return (
+        f": the mirror image, spin {-spin:g} with azimuths and velocities along phi of the other sign, is such a hole; "
+        'orbits and disks against the spin have motion "retrograde".'
+    )
 
 
 def photon_orbits(spin: float) -> tuple[float, float]:

@@ -17,6 +17,7 @@ LARGEST_RADIUS = 1e9
 
 Vector = tuple[float, float, float]
 _AT_REST = (0.0, 0.0, 0.0)
+_FARTHER = "farther away, take an Observer at radius inf, whose sky is in units of M"
 
 
 class Viewer(Shown):
@@ -108,12 +109,12 @@ def check_viewer(viewer: object) -> None:
 def check_place(spin: float, radius: float, inclination: float) -> None:
     """Raise ValueError unless there is such a place outside the horizon of a hole."""
     if not 0 <= spin < 1:
-        raise ValueError(f"Argument `spin` must lie in [0, 1), but is {spin:g}.")
+        raise ValueError(f"Argument `spin` must lie in [0, 1), but is {spin:g}{kerr.if_mirrored(spin)}")
     if not radius > kerr.horizon(spin):
         value, horizon = apart(radius, kerr.horizon(spin))
         raise ValueError(f"Argument `radius` must be larger than the horizon radius {horizon}, but is {value}.")
     if radius > LARGEST_RADIUS:
-        raise ValueError(f"Argument `radius` must be at most {LARGEST_RADIUS:g}, but is {radius:g}.")
+        raise ValueError(f"Argument `radius` must be at most {LARGEST_RADIUS:g}, but is {radius:g}: {_FARTHER}.")
     if not 0 <= inclination <= math.pi:
         raise ValueError(
             f"Argument `inclination` must lie in [0, pi] radians, but is {inclination:g}{if_degrees(inclination)}"
@@ -124,7 +125,8 @@ def finite_number(name: str, value: Any) -> float:
     """The argument `name` as a float; a ValueError unless it is a finite number."""
     number = real_number(name, value)
     if not math.isfinite(number):
-        raise ValueError(f"Argument `{name}` must be a finite number, but is {quoted(value)}.")
+        end = f": {_FARTHER}." if name == "radius" and number == math.inf else "."
+        raise ValueError(f"Argument `{name}` must be a finite number, but is {quoted(value)}{end}")
     return number
 
 
