@@ -8,7 +8,7 @@ import kerrcaustics as kc
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.extended_sources.magnification import Magnification
 from kerrcaustics.images.counts import CountMap, ImageCounts
-from kerrcaustics.moving_sources.light_curve import SourceLightCurve
+from kerrcaustics.moving_sources.source_light import SourceLightCurve
 from kerrcaustics.results.declared import LAYOUTS, quantities
 from kerrcaustics.tracks.circles import CircleImages
 from kerrcaustics.tracks.events import PairEvents

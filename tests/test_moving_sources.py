@@ -223,7 +223,7 @@ def test_command_follows_an_orbit_of_a_file(capsys, tmp_path):
 def test_a_small_ball_is_a_point():
     still = kc.Orbit.function(lambda t: (10.0, 1.2, 0.4))
     point, ball = (
-        kc.light_curve(OBSERVER, still, [0.0], max_index=1, source=kind, size=0.01) for kind in ("point", "ball")
+        kc.light_curve(OBSERVER, still, [0.0], max_index=1, **kind) for kind in ({}, {"source": "ball", "size": 0.01})
     )
     assert ball.certified and ball.size == 0.01 and point.size == 0
     assert np.abs(ball.shares - point.shares).max() < 1e-4 * point.flux[0]

@@ -27,7 +27,7 @@ from kerrcaustics.cli.tables import PlainTable
 from kerrcaustics.cli.terminal import place_of, plain_errors, progress, say, say_all, verdict
 
 if TYPE_CHECKING:
-    from kerrcaustics.moving_sources.light_curve import SourceLightCurve
+    from kerrcaustics.moving_sources.source_light import SourceLightCurve
     from kerrcaustics.orbits.orbit import Orbit
     from kerrcaustics.tracks.light_curves import LightCurve
 
@@ -46,11 +46,11 @@ def light_curve(
     source: Literal["point", "ball", "spot"] | None = None,
     during: Angles | None = None,
     times: WholeNumber = 200,
-    max_index: MaxIndex = 2,
-    size: float = 0.1,
-    crossings: Crossings = 4,
-    motion: SpotMotion = "circular",
-    power: float = 4.0,
+    max_index: MaxIndex | None = None,
+    size: float | None = None,
+    crossings: Crossings | None = None,
+    motion: SpotMotion | None = None,
+    power: float | None = None,
     figure: FileName | None = None,
     film: FileName | None = None,
     restart: Flag = False,
@@ -77,15 +77,17 @@ def light_curve(
     times
         Number of times, evenly spaced over this interval.
     max_index
-        Highest Morse index of the images of a point or a ball, 0 to 6.
+        Highest Morse index of the images of a point or a ball, 0 to 6; 2 by default.
     size
-        Radius of a ball, or standard deviation of a spot's Gaussian profile along its orbit, in units of the mass.
+        Radius of a ball, or standard deviation of a spot's Gaussian profile along its orbit, in units of the mass; 0.1
+        by default.
     crossings
-        For a spot: number of crossings of the plane that contribute to the light, 1 to 12.
+        For a spot: number of crossings of the plane that contribute to the light, 1 to 12; 4 by default.
     motion
-        For a spot: direction of its orbital motion.
+        For a spot: direction of its orbital motion; circular by default.
     power
-        For a spot: the intensity scales as the frequency ratio to this power: 4 for the light of all frequencies.
+        For a spot: the intensity scales as the frequency ratio to this power: by default 4, for the light of all
+        frequencies.
     figure
         Save a plot of the light curve and the images to this file: .png, .pdf or .svg.
     film
@@ -123,10 +125,8 @@ def light_curve(
         if film is not None and kind != "spot":
             raise BadInput("Argument --film must be used with a spot.")
         clock: Any = times if during is None else np.linspace(*during, times)
-        settings: dict[str, Any] = (
-            {"crossings": crossings, "motion": motion, "power": power} if kind == "spot" else {"max_index": max_index}
-        )
-        light: Any = follow(viewer, way, clock, source=kind, size=size, **settings, progress=report)
+        spot = {"crossings": crossings, "motion": motion, "power": power}
+        light: Any = follow(viewer, way, clock, source=kind, max_index=max_index, size=size, **spot, progress=report)
         seconds = time.perf_counter() - began
         if save is not None:
             storage.save(save, light)
@@ -141,7 +141,7 @@ def light_curve(
     if film is not None:
         from kerrcaustics.draw.light_curves import light_curve_film
 
-        write_film(film, lambda: light_curve_film(light, motion), restart)
+        write_film(film, lambda: light_curve_film(light, motion or "circular"), restart)
     common.write_result(record(light, camera=viewer, points=points), seconds, None)
     (_print_spot if kind == "spot" else _print_source)(light, common.console())
     common.say_files(figure=figure, film=film, table=table, saved=save)

@@ -8,13 +8,13 @@ from importlib.metadata import version
 
 import numpy as np
 
-from kerrcaustics.beams.ends import End, Spherical, Wherever, end_of
+from kerrcaustics.beams.ends import End, Spherical, Wherever
 from kerrcaustics.beams.trace import check_request
 from kerrcaustics.curves.caustic import Caustic, CausticSet, Cusp
 from kerrcaustics.curves.critical_curves import CriticalCurve, curves_of, steps
 from kerrcaustics.curves.features import Features, find_features
 from kerrcaustics.curves.plane_caustics import plane_caustics
-from kerrcaustics.lens_map.domains import Domain, Ring
+from kerrcaustics.lens_map.domains import Domain, Ring, search_surface
 from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.lens_map.search_sky import shown_line_of_sight
 from kerrcaustics.results.declared import usual_warnings
@@ -84,7 +84,7 @@ def caustics(
     """
     check_request(camera, engine, tolerance)
     check_orders(orders)
-    surface = end_of(camera, end)
+    surface = search_surface(camera, end)
     began = time.perf_counter()
     search_map = SearchMap.of(camera, surface, engine, tolerance)
     curves, beams, engines, missing = _found_on(search_map.domain, camera, search_map, int(orders))

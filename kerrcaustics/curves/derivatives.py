@@ -14,14 +14,14 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy.polynomial import chebyshev
 
-from kerrcaustics.beams.ends import End, Wherever, end_of
+from kerrcaustics.beams.ends import End, Wherever
 from kerrcaustics.curves.caustic_search import check_orders
 from kerrcaustics.curves.critical_curves import curves_of
 from kerrcaustics.curves.critical_points import Points, Search
 from kerrcaustics.curves.features import extreme_places, find_features
 from kerrcaustics.curves.plane_caustics import Extreme, section_extremes
 from kerrcaustics.lens_map.circles_in_plane import Crossings
-from kerrcaustics.lens_map.domains import Domain, Ring
+from kerrcaustics.lens_map.domains import Domain, Ring, search_surface
 from kerrcaustics.lens_map.expansions import REFINED, expanded, inverse, with_errors
 from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
@@ -153,7 +153,7 @@ def caustic_derivatives(
     """
     check_viewer(camera)
     check_orders(orders)
-    search_map = SearchMap.of(camera, end_of(camera, end), "auto")
+    search_map = SearchMap.of(camera, search_surface(camera, end), "auto")
     return tuple(_of_curve(search_map, curve) for curve in _curves_on(search_map.domain, search_map, int(orders)))
 
 

@@ -32,7 +32,7 @@ from kerrcaustics.draw.source_light import show_flux as show_source_flux
 from kerrcaustics.draw.titles import viewer_in_words
 from kerrcaustics.draw.waves import amplification_curve, intensity
 from kerrcaustics.images.derivatives import ImageDerivatives
-from kerrcaustics.moving_sources.light_curve import SourceLightCurve
+from kerrcaustics.moving_sources.source_light import SourceLightCurve
 from kerrcaustics.results.declared import Items
 from kerrcaustics.scenes.disk.profile import LineProfile
 from kerrcaustics.scenes.raster import Raster

@@ -36,7 +36,7 @@ from kerrcaustics.draw.titles import viewer_in_words
 from kerrcaustics.draw.tracks import stretches, tracks_legend, tracks_on_sky
 from kerrcaustics.images.counts import CountMap, ImageCounts
 from kerrcaustics.images.images import StarImages
-from kerrcaustics.moving_sources.light_curve import SourceEvent
+from kerrcaustics.moving_sources.source_light import SourceEvent
 from kerrcaustics.scenes.catalogue import StarCatalogue
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.raster import Raster

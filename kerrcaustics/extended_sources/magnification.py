@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams.ends import End, EquatorialPlane, Wherever, end_of
+from kerrcaustics.beams.ends import End, EquatorialPlane, Wherever
 from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.extended_sources.area import Weight
 from kerrcaustics.extended_sources.measured import kinks, measured, sphere_scale
@@ -15,6 +15,7 @@ from kerrcaustics.extended_sources.nested_discs import RoundSource, integrated
 from kerrcaustics.extended_sources.patches import Disc
 from kerrcaustics.extended_sources.profiles import Brightness, Profile, checked_profile
 from kerrcaustics.images.images import checked_index, checked_place, direct_remarks
+from kerrcaustics.lens_map.domains import search_surface
 from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.spacetime import kerr
@@ -183,7 +184,7 @@ def magnification(
     (1.935358, True)
     """
     check_viewer(viewer)
-    surface, highest = end_of(viewer, end), checked_index(max_index)
+    surface, highest = search_surface(viewer, end), checked_index(max_index)
     place = checked_place("source", source, viewer, surface)
     angle, brightness = _checked_size(size, place, viewer, surface), checked_profile(profile)
     centre = surface.vectors(np.array([place]))[0]

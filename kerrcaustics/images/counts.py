@@ -9,9 +9,10 @@ from jaxtyping import Bool, Float, Int
 from numpy.typing import ArrayLike
 
 from kerrcaustics.astronomy import healpix, plate_carree
-from kerrcaustics.beams.ends import End, Wherever, end_of
+from kerrcaustics.beams.ends import End, Wherever
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.images import checked_index, direct_remarks
+from kerrcaustics.lens_map.domains import search_surface
 from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.results.storage import as_json, from_json
@@ -229,7 +230,7 @@ def image_counts(
     [2, 2]
     """
     check_viewer(camera)
-    surface, highest = end_of(camera, end), checked_index(max_index)
+    surface, highest = search_surface(camera, end), checked_index(max_index)
     places = surface.checked("stars", stars, camera)
     of = certificate_of(surface, camera, highest).counted(places, find=find)
     return ImageCounts(camera, surface, places, of.found, of.expected, of.on_caustic, of.certified)
@@ -283,7 +284,7 @@ def count_map(
     """
     rows = whole_number("rows", rows, 1, _MOST_ROWS)
     check_viewer(camera)
-    surface, highest = end_of(camera, end), checked_index(max_index)
+    surface, highest = search_surface(camera, end), checked_index(max_index)
     levels = surface.levels(camera, rows) if radii is None else _checked_radii(surface, camera, radii)
     phi = (np.arange(2 * rows) + 0.5) * math.pi / rows
     grid = np.stack(np.meshgrid(levels, phi, indexing="ij"), axis=-1)

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool
 
-from kerrcaustics.beams.ends import SKY, End, Spherical, Wherever, end_of
+from kerrcaustics.beams.ends import SKY, End, Spherical, Wherever
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.deep_images import deepened, is_deep
 from kerrcaustics.images.search import ImageSearch, on_rings, ring_remark
 from kerrcaustics.images.sheets import HIGHEST_INDEX, Sheets, sheets_of
-from kerrcaustics.lens_map.domains import Ring, domain_of
+from kerrcaustics.lens_map.domains import Ring, domain_of, search_surface
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap
 from kerrcaustics.lens_map.measured_light import measured_light
 from kerrcaustics.lens_map.search_sky import search_camera, search_sky
@@ -174,7 +174,7 @@ def star_images(
     ({0: 1, 1: 1}, True)
     """
     check_viewer(camera)
-    surface, highest = end_of(camera, end), checked_index(max_index)
+    surface, highest = search_surface(camera, end), checked_index(max_index)
     place = surface.checked("star", star, camera, one=True)
     certificate = certificate_of(surface, camera, highest)
     searched, domain = certificate.searched(place[None]), certificate.domain

@@ -16,12 +16,13 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Bool, Float
 
-from kerrcaustics.beams.ends import CelestialSphere, End, EquatorialPlane, Sphere, Spherical
+from kerrcaustics.beams.ends import CelestialSphere, End, EquatorialPlane, Sphere, Spherical, end_of
 from kerrcaustics.lens_map import sky_lines
 from kerrcaustics.lens_map.circles_in_plane import Circles, circles_of
 from kerrcaustics.lens_map.search_sky import TOLERANCE, search_camera
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.arrays import HostReals, HostVectors, Spline
+from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.frame import photon_of, sky_from_fido
 from kerrcaustics.spacetime.shadow import edge_photons, even_phases
 from kerrcaustics.spacetime.viewer import Viewer
@@ -179,6 +180,17 @@ class Ring:
 
 
 Domain = OneLeaf | Ring
+
+
+def search_surface(camera: Viewer, end: object) -> End:
+    """The surface that `end=` means where all arrivals of rays count: ValueError for one of them alone."""
+    surface = end_of(camera, end)
+    if isinstance(surface, Sphere) and np.any(surface.second_arrival):
+        raise ValueError(
+            "Argument `end` must be a sphere without second_arrival, as the images by both arrivals are found, but is "
+            f"{quoted(end)}."
+        )
+    return surface
 
 
 @singledispatch

@@ -1,7 +1,6 @@
 """The light curve of a source on any orbit: its images, their light and their events, as a viewer receives them."""
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, Literal, overload
 
@@ -9,20 +8,20 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from kerrcaustics.astronomy.row_tables import TimeTable
-from kerrcaustics.choices import event_kind
+from kerrcaustics.choices import SpotMotion, either
 from kerrcaustics.images.images import checked_index
 from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.moving_sources.arrivals import Source
-from kerrcaustics.moving_sources.ball_light import BallShares, ball_shares
+from kerrcaustics.moving_sources.ball_light import ball_shares
 from kerrcaustics.moving_sources.balls import Ball
-from kerrcaustics.moving_sources.image_curves import ImageCurves, Turn, image_curves, searched
-from kerrcaustics.moving_sources.seen_images import SeenImages, seen_images
+from kerrcaustics.moving_sources.image_curves import image_curves, searched
+from kerrcaustics.moving_sources.seen_images import seen_images
+from kerrcaustics.moving_sources.source_light import SourceLightCurve, source_light_curve
 from kerrcaustics.orbits.motions import BodyMotion, Path
-from kerrcaustics.orbits.orbit import UNSTABLE, Orbit, checked_places, ending, orbit_of
-from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
+from kerrcaustics.orbits.orbit import Orbit, checked_places, ending, orbit_of
+from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
-from kerrcaustics.spacetime.checks import one_of, quoted, whole_number
+from kerrcaustics.spacetime.checks import left_out, one_of, quoted, whole_number
 from kerrcaustics.spacetime.sphere import from_angles, lengths
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer, finite_number
 from kerrcaustics.tracks.light_curves import LightCurve, clock_of, spot_light_curve
@@ -39,76 +38,12 @@ _SLACK, _SHIFTS = 0.05, 8
 _LARGEST = 0.1
 # Places at which the orbit is checked.
 _CHECKED = 500
-
-
-@result("source-event/1", record="kind order time emission_time radius theta phi sky error sky_error")
-class SourceEvent(Shown):
-    """The creation, or annihilation, of two images of a moving source."""
-
-    camera: Viewer = quantity("", "", "the viewer", column="")
-    kind: str = quantity("", "", '"creation" or "annihilation"')
-    order: int = quantity("", "1", "order of the caustic that the source crosses, on the sphere of the source")
-    time: float = quantity("", "GM/c^3", "time of the camera")
-    emission_time: float = quantity("", "GM/c^3", "time when the light left the source")
-    radius: float = quantity("", "GM/c^2", "radius of the source then")
-    theta: float = quantity("", "rad", "theta' of the source then", json="theta_deg")
-    phi: float = quantity("", "rad", "phi' of the source then", json="phi_deg")
-    sky: Array = quantity("axis", "1", "direction N where it is seen; of an Observer (alpha, beta)")
-    error: float = quantity("", "GM/c^3", "estimated error of time")
-    sky_error: float = quantity("", "sky", "estimated error of sky")
-
-
-@result(
-    "source-light/1",
-    record="camera orbit size certified remarks index events",
-    points="time flux error shares emission_time emission_time_error redshift sky sky_error centroid centroid_error",
-)
-class SourceLightCurve(TimeTable):
-    """The light of a source on an orbit, as a viewer receives it: all of its images of index 0 to a highest one."""
-
-    camera: Viewer = quantity("", "", "the viewer that receives it", json="", column="")
-    orbit: str = quantity("", "", "the orbit, in words")
-    size: float = quantity("", "GM/c^2", "radius of a ball; 0 for a point")
-    time: Array = quantity("time", "GM/c^3", "coordinate time of the camera; for an Observer, that of a plane wave")
-    flux: Array = quantity(
-        "time",
-        "light",
-        "flux of a source of luminosity 1 that shines equally in all directions in its own frame; for an Observer, "
-        "times the squared distance; of the images up to max_index alone; NaN where unknown",
-    )
-    error: Array = quantity("time", "light", "estimated error of flux")
-    index: Array = quantity("image", "1", "Morse index of each image; an image that exists for a while counts once")
-    shares: Array = quantity("image time", "light", "contribution of each image to the flux; 0 while it does not exist")
-    emission_time: Array = quantity(
-        "image time", "GM/c^3", "time when the light left the source; NaN while the image does not exist"
-    )
-    emission_time_error: Array = quantity("image time", "GM/c^3", "estimated error of emission_time")
-    redshift: Array = quantity("image time", "1", "nu_camera / nu_source")
-    sky: Array = quantity("image time axis", "1", "directions N of the images; of an Observer (alpha, beta)")
-    sky_error: Array = quantity("image time", "sky", "estimated error of sky")
-    centroid: Array = quantity(
-        "time axis", "1", "mean direction N of the light, a unit vector; of an Observer the mean (alpha, beta)"
-    )
-    centroid_error: Array = quantity("time", "sky", "estimated error of centroid")
-    events: tuple[SourceEvent, ...] = quantity("event", "", "creations and annihilations of images, in order of time")
-    certified: bool = quantity(
-        "",
-        "1",
-        "True if the images are certified at all moments of complete search, and each of them is followed to an image "
-        "at the next moment or to a pair event; pairs that exist only between two moments may be missing",
-    )
-    remarks: tuple[str, ...] = quantity("", "", "remarks on what is in doubt; empty when certified")
-
-    @property
-    @derived("image time", "GM/c^3")
-    def travel_time(self) -> Array:
-        """Time from the emission to the arrival of the light of each image."""
-        return self.time - self.emission_time
-
-    def __repr__(self) -> str:
-        """Summary in one line: the orbit, images and events."""
-        note = "" if self.certified else ", not certified"
-        return f"<SourceLightCurve of {self.orbit}: {len(self.index)} images, {len(self.events)} events{note}>"
+# The settings of each kind of source, and their values if they are left out.
+_SETTINGS: dict[str, dict[str, Any]] = {
+    "point": {"max_index": 2, "searches": None},
+    "ball": {"max_index": 2, "searches": None, "size": 0.1},
+    "spot": {"size": 0.1, "crossings": 4, "motion": "circular", "power": 4.0, "points": 720},
+}
 
 
 @overload
@@ -118,7 +53,12 @@ def light_curve(
     times: ArrayLike | int = 200,
     *,
     source: Literal["spot"] | None = None,
-    **settings: Any,
+    size: float | None = None,
+    crossings: int | None = None,
+    motion: SpotMotion | None = None,
+    power: float | None = None,
+    points: int | None = None,
+    progress: Progress | bool | None = None,
 ) -> LightCurve: ...
 
 
@@ -129,9 +69,9 @@ def light_curve(
     times: ArrayLike | int = 200,
     *,
     source: Literal["point", "ball"] | None = None,
-    max_index: int = 2,
+    max_index: int | None = None,
     searches: int | None = None,
-    size: float = 0.1,
+    size: float | None = None,
     progress: Progress | bool | None = None,
 ) -> SourceLightCurve: ...
 
@@ -144,13 +84,13 @@ def light_curve(
     times: ArrayLike | int = 200,
     *,
     source: str | None = None,
-    max_index: int = 2,
+    max_index: int | None = None,
     searches: int | None = None,
-    size: float = 0.1,
-    crossings: int = 4,
-    motion: str = "circular",
-    power: float = 4.0,
-    points: int = 720,
+    size: float | None = None,
+    crossings: int | None = None,
+    motion: str | None = None,
+    power: float | None = None,
+    points: int | None = None,
     progress: Progress | bool | None = None,
 ) -> SourceLightCurve | LightCurve:
     """The light of a source on an orbit, image by image: a point or a ball on any orbit, or a small spot in a disk.
@@ -168,24 +108,25 @@ def light_curve(
         period.
     source : str, optional
         "point", "ball" or "spot". By default a spot if `orbit` is a radius, else a point.
-    max_index : int
-        For a point or a ball: highest Morse index of its images, at most 6.
+    max_index : int, optional
+        For a point or a ball: highest Morse index of its images, at most 6; 2 by default.
     searches : int, optional
         For a point or a ball: number of moments at which all images are searched for, 2 to 2000; by default one for
         every 14 degrees of its path.
-    size : float
-        In units of the mass. For a ball, its radius in its own frame, below a tenth of its distance from the hole. For
-        a spot, the standard deviation of its Gaussian profile along its orbit; across the orbit it is small.
-    crossings : int
-        For a spot: number of crossings of the plane that contribute to the light.
-    motion : str
-        For a spot: "circular" (prograde) or "retrograde".
-    power : float
-        For a spot: the intensity scales as the frequency ratio g to this power, 4 for the light of all frequencies,
-        3 + alpha in one band for a spectrum that falls as the frequency to the power of -alpha.
-    points : int
-        For a spot: initial number of points on each image of the orbit; more follow where the azimuth changes fast
-        along it.
+    size : float, optional
+        In units of the mass, 0.1 by default. For a ball, its radius in its own frame, below a tenth of its distance
+        from the hole. For a spot, the standard deviation of its Gaussian profile along its orbit; across the orbit it
+        is small.
+    crossings : int, optional
+        For a spot: number of crossings of the plane that contribute to the light, 4 by default.
+    motion : str, optional
+        For a spot: "circular" (prograde, the default) or "retrograde".
+    power : float, optional
+        For a spot: the intensity scales as the frequency ratio g to this power: by default 4, for the light of all
+        frequencies; 3 + alpha in one band for a spectrum that falls as the frequency to the power of -alpha.
+    points : int, optional
+        For a spot: initial number of points on each image of the orbit, 720 by default; more follow where the azimuth
+        changes fast along it.
     progress : callable or bool, optional
         As for `caustics`.
 
@@ -202,8 +143,8 @@ def light_curve(
     Raises
     ------
     ValueError
-        If an argument is invalid; if the source reaches the horizon, or moves faster than light, before the light of
-        the last time leaves it.
+        If an argument is invalid, or is for another kind of source; if the source reaches the horizon, or moves
+        faster than light, before the light of the last time leaves it.
 
     Errors
     ------
@@ -236,24 +177,47 @@ def light_curve(
     """
     if source is None:
         source = "point" if isinstance(orbit, Orbit) or callable(orbit) else "spot"
-    one_of("source", source, ("point", "ball", "spot"))
+    one_of("source", source, _SETTINGS)
+    given = {"max_index": max_index, "searches": searches, "size": size, "crossings": crossings}
+    settings = _settings_of(source, given | {"motion": motion, "power": power, "points": points})
     if source == "spot":
         radius: Any = orbit
-        spot = {"size": size, "crossings": crossings, "motion": motion, "power": power, "points": points}
-        return spot_light_curve(camera, radius, times, **spot)
+        return spot_light_curve(camera, radius, times, **settings)
+    return _light_of_body(camera, orbit, times, **settings)
+
+
+def _settings_of(source: str, given: dict[str, Any]) -> dict[str, Any]:
+    """The settings of a kind of source; ValueError if one is given that it has no use for."""
+    for name, value in given.items():
+        if name not in _SETTINGS[source]:
+            users = either([kind for kind, names in _SETTINGS.items() if name in names])
+            left_out(name, value, f"for a {source}, as only a {users} has it")
+    return {name: default if given[name] is None else given[name] for name, default in _SETTINGS[source].items()}
+
+
+def _light_of_body(
+    camera: Viewer,
+    orbit: float | Orbit | Path,
+    times: ArrayLike | int,
+    *,
+    max_index: int,
+    searches: int | None,
+    size: float | None = None,
+) -> SourceLightCurve:
+    """The light curve of a point, or of a ball of some size, after the checks of the arguments."""
     check_viewer(camera)
     way, highest = orbit_of("orbit", orbit), checked_index(max_index)
     count = None if searches is None else whole_number("searches", searches, 2, 2000)
     if isinstance(times, int | np.integer) and way.period is None:
         raise ValueError("Argument `times` must be an array of times, as this orbit has no period.")
     clock = clock_of(times, math.nan if way.period is None else way.period(camera.spin))
-    wide = finite_number("size", size) if source == "ball" else 0.0
-    if source == "ball" and not wide > 0:
+    wide = 0.0 if size is None else finite_number("size", size)
+    if size is not None and not wide > 0:
         raise ValueError(f"Argument `size` must be positive, but is {quoted(size)}.")
-    return _of_point(camera, way, clock, highest, count, wide)
+    return _light_of_orbit(camera, way, clock, highest, count, wide)
 
 
-def _of_point(
+def _light_of_orbit(
     camera: Viewer, orbit: Orbit, times: Float[Array, " t"], highest: int, searches: int | None, size: float
 ) -> SourceLightCurve:
     """The light curve of a point, or of a ball; searches: moments at which all images are searched for."""
@@ -263,7 +227,7 @@ def _of_point(
     wanted = [_lived(branch.points.arrival, times) for branch in curves.branches]
     point_images = seen_images(source, list(curves.branches), [times[which] for which in wanted])
     ball = ball_shares(Ball(source, size, highest), curves, times, wanted, point_images) if size else None
-    return _light_curve(source, orbit, times, curves, wanted, point_images, ball, size)
+    return source_light_curve(source, orbit, times, curves, wanted, point_images, ball, size)
 
 
 def _lived(arrival: Float[Array, " points"], times: Float[Array, " t"]) -> Array:
@@ -348,87 +312,3 @@ def _moments(motion: BodyMotion, span: tuple[float, float], searches: int | None
     way = np.concatenate([[0.0], np.cumsum(way + 1e-6)])
     count = searches or min(max(math.ceil(way[-1] / _BETWEEN), _FEWEST), _MOST)
     return np.interp(np.linspace(0, way[-1], count + 1), way, time)
-
-
-def _light_curve(
-    source: Source,
-    orbit: Orbit,
-    times: Float[Array, " t"],
-    curves: ImageCurves,
-    wanted: list[Array],
-    point_images: list[SeenImages],
-    ball: BallShares | None,
-    size: float,
-) -> SourceLightCurve:
-    """The result, from the images at their times."""
-    searched_sky = source.searched
-    kept = [k for k, which in enumerate(wanted) if len(which) or (ball is not None and ball.flux[k].any())]
-    axes = searched_sky.shown(np.array([[-1.0, 0.0, 0.0]])).shape[1]
-
-    def table(value: Callable[[SeenImages], Array], empty: float, *shape: int) -> Array:
-        rows = np.full((len(kept), len(times), *shape), empty)
-        for row, k in enumerate(kept):
-            rows[row, wanted[k]] = value(point_images[k])
-        return rows
-
-    shares, off = table(lambda s: s.flux, 0.0), table(lambda s: s.error, 0.0)
-    sky = table(lambda s: searched_sky.shown(s.sky), math.nan, axes)
-    sky_error = table(lambda s: s.sky_error, math.nan)
-    if ball is not None:
-        shares, off = ball.flux[kept], ball.error[kept]
-        there = np.isfinite(ball.sky[kept, :, 0])
-        sky[there] = searched_sky.shown(ball.sky[kept][there])
-    flux = shares.sum(axis=0)
-    places = np.nan_to_num(sky)
-    centroid = (shares[:, :, None] * places).sum(axis=0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        centroid = centroid / (lengths(centroid) if axes == 3 else flux)[:, None]
-        apart = lengths(places - centroid)
-        centroid_error = (off * apart + shares * np.nan_to_num(sky_error)).sum(axis=0) / flux
-    unreached = sum(int((~s.reached).sum()) for s in point_images)
-    remarks = [*curves.remarks, *(() if ball is None else ball.remarks)]
-    unknown = max((source.motion.errors(s.emitted).place.max(initial=0.0) for s in point_images), default=0.0)
-    if unknown > UNSTABLE:
-        remarks.append(f"the orbit is unstable: rounding grows to {unknown:.1g} of its radius")
-    if unreached:
-        remarks.append(f"{unreached} images at some of the times are known roughly")
-    turns = [turn for turn in curves.turns if times.min() <= turn.point.arrival[0] <= times.max()]
-    return SourceLightCurve(
-        camera=searched_sky.viewer,
-        orbit=orbit.words,
-        size=size,
-        time=times,
-        flux=flux,
-        error=off.sum(axis=0),
-        index=np.array([curves.branches[k].index for k in kept], int),
-        shares=shares,
-        emission_time=table(lambda s: s.emitted, math.nan),
-        emission_time_error=table(lambda s: s.emitted_error, math.nan),
-        redshift=table(lambda s: s.redshift, math.nan),
-        sky=sky,
-        sky_error=sky_error,
-        centroid=centroid,
-        centroid_error=centroid_error,
-        events=tuple(_event(source, turn) for turn in sorted(turns, key=lambda turn: turn.point.arrival[0])),
-        certified=not remarks,
-        remarks=tuple(remarks),
-    )
-
-
-def _event(source: Source, turn: Turn) -> SourceEvent:
-    point, searched_sky = turn.point, source.searched
-    rays = source.arrivals(point.sky, point.time, point.second)
-    theta, phi = rays.places.angles[0].tolist()
-    return SourceEvent(
-        camera=searched_sky.viewer,
-        kind=event_kind(1.0 if turn.creates else -1.0),
-        order=turn.order,
-        time=float(point.arrival[0]),
-        emission_time=float(point.time[0]),
-        radius=float(rays.places.radius[0]),
-        theta=theta,
-        phi=phi,
-        sky=searched_sky.shown(point.sky)[0],
-        error=turn.error * float(point.rate[0]) + float((rays.beams.time_error + rays.orbit_errors.late)[0]),
-        sky_error=float(searched_sky.errors(point.sky, np.array([turn.sky_error]))[0]),
-    )

@@ -47,7 +47,7 @@ HOMES = {
     "tracks.lines": "LineCrossings",
     "waves.amplification": "Amplification",
     "waves.pattern": "DiffractionPattern",
-    "moving_sources.light_curve": "SourceEvent SourceLightCurve",
+    "moving_sources.source_light": "SourceEvent SourceLightCurve",
     "scenes.view": "View",
     "scenes.screen": "Screen",
     "scenes.footprint": "Footprint",

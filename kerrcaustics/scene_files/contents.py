@@ -321,7 +321,7 @@ class LightTable(SceneTable, kw_only=True, frozen=True):
 
     exposure: Varied = AUTO
     curve: Curve | None = None
-    softening: float = 30.0
+    softening: float | None = None
     beaming: bool = False
     colour_shift: bool = False
     response: Response | GridTable = "cie"

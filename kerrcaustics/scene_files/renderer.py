@@ -29,7 +29,8 @@ def rendered(
 ) -> Rendering:
     """A frame, linear light; motion: about the time in its middle."""
     disk, volume = shown.matter
-    light = {"beaming": shown.light.beaming, "colour_shift": shown.light.colour_shift, "delay": shown.light.delay}
+    delay = shown.light.delay and shown.matter != (None, None)
+    light = {"beaming": shown.light.beaming, "colour_shift": shown.light.colour_shift, "delay": delay}
     options = {"disk": disk, "volume": volume, "time": shown.time, **light}
     exposure = Exposure.of(motion, camera, view, shown.time, quality)
     if not exposure.one_map(shown.matter):
@@ -43,7 +44,8 @@ def _traced(camera: Viewer, view: Raster, shown: FrameContents, quality: str) ->
     """The map of a view; that of the frame before where it is the same, as to a camera on a circular orbit."""
     disk = shown.matter[0]
     rims = disk and (disk.inner, disk.outer, disk.opaque)
-    options = {"delay": shown.light.delay, "quality": quality, "sky_radius": shown.sky_radius}
+    delay = shown.light.delay and disk is not None
+    options = {"delay": delay, "quality": quality, "sky_radius": shown.sky_radius}
     key = camera, view, shown.sky is not None, rims, options
     # Looked at once: another thread may put its own there.
     last = next(iter(LAST), None)

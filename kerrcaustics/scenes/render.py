@@ -20,7 +20,7 @@ from kerrcaustics.scenes.disk.veil import Glowing, check_volume, veil_over
 from kerrcaustics.scenes.motion import Exposure, ShutterMotion, ShutterWeight
 from kerrcaustics.scenes.motion_blur import Matter, blurred_matter, blurred_sky
 from kerrcaustics.scenes.raster import Raster, check_picture
-from kerrcaustics.scenes.scene_checks import check_number
+from kerrcaustics.scenes.scene_checks import check_uses, checked_moment
 from kerrcaustics.scenes.seen_sky import seen_sky, sky_end
 from kerrcaustics.scenes.sky_cells import SkyCells
 from kerrcaustics.scenes.sky_light import Parts, Shifts, Sky, check_sky, sky_light
@@ -117,6 +117,7 @@ class TracedView(Shown):
         turn_weight: of the moments meanwhile, as `weight` of `ShutterMotion`.
         """
         began, disk = clock(), disk_about(disk, self.camera)
+        check_uses(disk is not None or volume is not None, delay)
         shape = self.view.height, self.view.width
         light, transmission = np.zeros((*shape, 3), np.float32), None
         if sky is not None:
@@ -127,8 +128,8 @@ class TracedView(Shown):
             self._check_disk(disk, delay)
             cells = tuple(DiskCells(*parts) for parts in self._cells)
         if not (disk is None and volume is None):
-            looks = Looks(self.camera.spin, beaming, colour_shift, delay, _moment(time))
-            when = _moment(time), delay
+            looks = Looks(self.camera.spin, beaming, colour_shift, delay, checked_moment(time))
+            when = checked_moment(time), delay
             veil = veil_over(self.camera, self.view, volume, Shifts(beaming, colour_shift), len(cells), when)
             with stage("disk_light"):
                 glow, transmission = lit(disk, cells, shape, looks, veil)
@@ -207,7 +208,7 @@ def render(
         Shift spectra by nu_camera / nu_source: a black body has the colour of one that is hotter by this factor.
     delay : bool
         Show the disk's pattern, which circles with it, and orbiting spots as they were when the light left them; else
-        as they are now.
+        as they are now. It needs a disk or a volume.
     time : float
         Time of the camera, for that pattern; coordinate time, in units of the mass. For an observer it excludes the
         travel time from the hole, as for `Observer`.
@@ -215,7 +216,7 @@ def render(
         Largest error of the map of the sky: "draft" (0.1 pixels), "normal" (0.02), "high" (0.005); for a disk see
         Errors.
     sky_radius : float
-        Boyer-Lindquist radius of the sphere with the sky, beyond the camera, the disk and all photon orbits. Its
+        Boyer-Lindquist radius of the sphere with `sky`, beyond the camera, the disk and all photon orbits. Its
         sources are at rest there; the flux of a star is that at the centre of the sphere, in flat space.
     motion : ShutterMotion, optional
         Motion during the exposure; without it, and in drafts, the picture shows the moment in the middle.
@@ -265,14 +266,15 @@ def render(
     matter = disk, volume = disk_about(disk, camera), volume
     check_picture(camera, view)
     check_sky(sky)
+    check_uses(matter != (None, None), delay, sky is not None, sky_radius)
     if motion is not None:
         instance_of("motion", motion, ShutterMotion)
-    exposure = Exposure.of(motion, camera, view, _moment(time), quality)
+    exposure = Exposure.of(motion, camera, view, checked_moment(time), quality)
     if not exposure.one_map(matter):
         ends = [sky_end(one.camera, sky_radius, _rim(disk)) for one in exposure.moments]
         return _blurred(exposure, sky, matter, Shifts(beaming, colour_shift), delay, _close(quality), ends[1])
     check_volume(volume, camera)
-    options = {"disk": disk, "delay": delay, "quality": quality, "sky_radius": sky_radius}
+    options = {"disk": disk, "delay": delay and disk is not None, "quality": quality, "sky_radius": sky_radius}
     traced = trace_view(camera, view, sky=sky is not None, **options)
     switches: dict[str, Any] = {"beaming": beaming, "colour_shift": colour_shift, "delay": delay}
     turn: dict[str, Any] = {"turn": exposure.turn, "turn_weight": exposure.weight.shape}
@@ -329,6 +331,7 @@ def trace_view(
     """
     began, disk = clock(), disk_about(disk, camera)
     check_picture(camera, view)
+    check_uses(disk is not None, delay, sky, sky_radius)
     close, end = _close(quality), sky_end(camera, sky_radius, _rim(disk))
     shape = view.height, view.width
     hidden, about, plane = np.zeros(shape, bool), None, DiskCrossings((), ())
@@ -394,7 +397,3 @@ def _crossings(camera: Viewer, view: Raster, disk: Disk, delay: bool, quality: s
     _check_disk(disk, camera)
     lattice = (Lattice.draft if quality == "draft" else Lattice)(camera, view, delay)
     return crossings(lattice, disk.inner, disk.outer, disk.opaque)
-
-
-def _moment(time: float) -> float:
-    return check_number("time", time, "be a finite number")

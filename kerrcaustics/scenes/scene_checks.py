@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import apart, quoted, real_number
+from kerrcaustics.spacetime.checks import apart, left_out, quoted, real_number
 
 
 def check_number(name: str, value: Any, must: str, valid: Callable[[float], bool] = math.isfinite) -> float:
@@ -32,6 +32,19 @@ def not_negative(number: float) -> bool:
 def not_light(values: np.ndarray) -> int:
     """The count of values that cannot be light: those that are negative or not finite."""
     return int(np.count_nonzero(~((values >= 0) & (values < math.inf))))
+
+
+def checked_moment(time: Any) -> float:
+    """Return a time of the camera; raise ValueError unless it is a finite number."""
+    return check_number("time", time, "be a finite number")
+
+
+def check_uses(matter: bool, delay: bool, sky: bool = True, sky_radius: float = math.inf) -> None:
+    """Raise ValueError for the delay of a disk or a volume if there is none, and for the radius of a sky likewise."""
+    if not matter:
+        left_out("delay", delay or None, "without a disk or a volume")
+    if not sky:
+        left_out("sky_radius", None if sky_radius == math.inf else sky_radius, "without a sky")
 
 
 def check_light(name: str, values: np.ndarray) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.scenes.colour import encoded, luminance
 from kerrcaustics.scenes.scene_checks import check_number, positive
-from kerrcaustics.spacetime.checks import one_of, quoted, real_array
+from kerrcaustics.spacetime.checks import left_out, one_of, quoted, real_array
 
 Array = np.ndarray
 
@@ -34,7 +34,7 @@ _DIGITS = 4
 
 @usual_warnings
 def tone_mapped(
-    light: ArrayLike, exposure: float | Auto = AUTO, curve: str = "linear", softening: float = _SOFTENING
+    light: ArrayLike, exposure: float | Auto = AUTO, curve: str = "linear", softening: float | None = None
 ) -> UInt8[Array, "*batch 3"]:
     """Picture for a screen, sRGB (..., 3) uint8, of linear light (..., 3).
 
@@ -48,8 +48,8 @@ def tone_mapped(
         "linear": clipped at white. "asinh": luminance L becomes asinh(s L) / asinh(s), linear in the dark and
         logarithmic in the light, with s the softening; colours keep their hue, and what is then too bright for a
         channel is mixed with white of its luminance.
-    softening : float
-        How much the dark is raised.
+    softening : float, optional
+        Of the asinh curve: how much the dark is raised; 30 by default.
 
     Raises
     ------
@@ -67,16 +67,16 @@ def tone_mapped(
     [[0, 188, 255]]
     """
     values = _light(light)
-    _check_tones(exposure, curve, softening)
+    raised = _checked_tones(exposure, curve, softening)
     factor = auto_exposure(values, curve, softening) if isinstance(exposure, str) else exposure
     values = values * np.float32(factor)
     if curve == "asinh":
-        values = _compressed(values, softening)
+        values = _compressed(values, raised)
     return (encoded(values) * 255 + 0.5).astype(np.uint8)
 
 
 @usual_warnings
-def auto_exposure(light: ArrayLike, curve: str = "linear", softening: float = _SOFTENING) -> float:
+def auto_exposure(light: ArrayLike, curve: str = "linear", softening: float | None = None) -> float:
     """The exposure that a picture's own light asks for: highlights become nearly white, and 1 where there is no light.
 
     Parameters
@@ -115,13 +115,13 @@ def auto_exposure(light: ArrayLike, curve: str = "linear", softening: float = _S
     0.003
     """
     values = _light(light)
-    _check_tones(AUTO, curve, softening)
+    raised = _checked_tones(AUTO, curve, softening)
     level = _highlights(_smoothed(np.nan_to_num(values.max(axis=-1, initial=0.0))))
     if not 0 < level < math.inf:
         return 1.0
     aim = _HIGHLIGHT["asinh" if curve == "asinh" else "linear"]
     if curve == "asinh":
-        aim = math.sinh(aim * math.asinh(softening)) / softening
+        aim = math.sinh(aim * math.asinh(raised)) / raised
     return float(f"{aim / level:.{_DIGITS}g}")
 
 
@@ -148,7 +148,7 @@ def clipped_fraction(light: ArrayLike, exposure: float, curve: str = "linear") -
     0.5
     """
     values = _light(light)
-    _check_tones(exposure, curve, _SOFTENING)
+    _checked_tones(exposure, curve, None)
     bright = luminance(values) if curve == "asinh" else values.max(axis=-1)
     # White itself is not cut.
     return float(np.mean(bright * exposure > 1 + 1e-6)) if bright.size else 0.0
@@ -163,10 +163,17 @@ def check_exposure(exposure: float | Auto) -> None:
     check_number("exposure", exposure, "be a positive, finite number", positive)
 
 
-def _check_tones(exposure: float | Auto, curve: str, softening: float) -> None:
+def _checked_tones(exposure: float | Auto, curve: str, softening: float | None) -> float:
+    """The softening, after checks of all three."""
     one_of("curve", curve, CURVES)
     check_exposure(exposure)
-    check_number("softening", softening, "be a positive, finite number", positive)
+    if curve != "asinh":
+        left_out("softening", softening, "for the linear curve, as only asinh has one")
+    return (
+        _SOFTENING
+        if softening is None
+        else check_number("softening", softening, "be a positive, finite number", positive)
+    )
 
 
 def _light(light: ArrayLike) -> Float[Array, "*batch 3"]:

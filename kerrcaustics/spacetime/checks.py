@@ -60,6 +60,12 @@ def one_of(name: str, value: Any, choices: Iterable[str]) -> None:
         )
 
 
+def left_out(name: str, value: Any, case: str) -> None:
+    """Raise ValueError if the argument `name` is given, not None, in a case in which nothing uses it."""
+    if value is not None:
+        raise ValueError(f"Argument `{name}` must be left out {case}, but is {quoted(value)}.")
+
+
 def instance_of(name: str, value: Any, kind: type) -> None:
     """Raise ValueError unless the argument `name` is an object of a class."""
     if not isinstance(value, kind):

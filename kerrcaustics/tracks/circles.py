@@ -10,10 +10,11 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams.ends import End, Wherever, end_of
+from kerrcaustics.beams.ends import End, Wherever
 from kerrcaustics.choices import near
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.images import checked_place, checked_sheets
+from kerrcaustics.lens_map.domains import search_surface
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap, SeenLight
 from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
@@ -157,7 +158,7 @@ def circle_images(
     ({0: 1}, True)
     """
     check_viewer(camera)
-    surface = end_of(camera, end)
+    surface = search_surface(camera, end)
     if not certificate_of(surface, camera, 0).follows:
         raise ValueError(
             f"Argument `end` must be math.inf or at least the camera's radius {camera.radius:.12g} for a great circle, "

@@ -7,11 +7,11 @@ from functools import singledispatch
 import numpy as np
 from jaxtyping import Float
 
-from kerrcaustics.beams.ends import End, Wherever, end_of
+from kerrcaustics.beams.ends import End, Wherever
 from kerrcaustics.choices import event_kind
 from kerrcaustics.images.circle_arcs import Arcs, arcs_of
 from kerrcaustics.images.images import checked_index, checked_sheets
-from kerrcaustics.lens_map.domains import Domain, Ring, domain_of
+from kerrcaustics.lens_map.domains import Domain, Ring, domain_of, search_surface
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap, SeenLight
 from kerrcaustics.results.declared import Items, Shown, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
@@ -135,7 +135,7 @@ def pair_events(
     [('creation', (1, 2)), ('annihilation', (1, 2))]
     """
     check_viewer(camera)
-    surface, highest = end_of(camera, end), checked_index(max_index)
+    surface, highest = search_surface(camera, end), checked_index(max_index)
     height = surface.checked_level("level", level, camera)
     return _events_on(domain_of(surface, camera), camera, surface, height, highest)
 

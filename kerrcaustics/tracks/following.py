@@ -10,9 +10,9 @@ from jaxtyping import Bool, Float, Int
 from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
-from kerrcaustics.beams.ends import End, Wherever, end_of
+from kerrcaustics.beams.ends import End, Wherever
 from kerrcaustics.images.images import StarImages, checked_index, star_images
-from kerrcaustics.lens_map.domains import Domain, Ring, domain_of
+from kerrcaustics.lens_map.domains import Domain, Ring, domain_of, search_surface
 from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.lens_map.sky_chart import Chart, apart, chart_of
@@ -244,7 +244,7 @@ def _checked_cameras(cameras: Sequence[Viewer], end: Wherever | End) -> list[Vie
             )
         if camera.sky_coordinates != cameras[0].sky_coordinates:
             raise ValueError("Argument `cameras` must hold either Cameras or Observers, whose skies differ, not both.")
-        domain = domain_of(end_of(camera, end), camera)
+        domain = domain_of(search_surface(camera, end), camera)
         if isinstance(domain, Ring) and camera.on_equator:
             raise ValueError(
                 "Argument `cameras` must not lie in the equatorial plane where sources do (from within, every crossing "
@@ -263,5 +263,5 @@ def _checked_places(star: ArrayLike, cameras: list[Viewer], end: Wherever | End)
             f"the {count} cameras."
         )
     rows = zip(cameras, np.broadcast_to(places, (count, 2)).tolist(), strict=True)
-    checked = [end_of(camera, end).checked("star", place, camera, one=True) for camera, place in rows]
+    checked = [search_surface(camera, end).checked("star", place, camera, one=True) for camera, place in rows]
     return [(float(first), float(second)) for first, second in checked]

@@ -7,12 +7,12 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams.ends import End, Wherever, end_of
+from kerrcaustics.beams.ends import End, Wherever
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.circle_arcs import arcs_of
 from kerrcaustics.images.images import StarImages, checked_index, checked_sheets, images_of
 from kerrcaustics.images.search import search
-from kerrcaustics.lens_map.domains import Domain, Ring, TwoLeaves, domain_of
+from kerrcaustics.lens_map.domains import Domain, Ring, TwoLeaves, domain_of, search_surface
 from kerrcaustics.lens_map.lens_map import LensMap
 from kerrcaustics.lens_map.measured_light import measured_light
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
@@ -183,7 +183,7 @@ def star_tracks(
     (2, 0, True)
     """
     check_viewer(camera)
-    surface, highest = end_of(camera, end), checked_index(max_index)
+    surface, highest = search_surface(camera, end), checked_index(max_index)
     height = surface.checked_level("level", level, camera)
     return _tracks_on(domain_of(surface, camera), camera, surface, height, highest)
 

@@ -8,10 +8,11 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.astronomy.row_tables import FrequencyTable
-from kerrcaustics.beams.ends import CelestialSphere, End, Sphere, Wherever, end_of
+from kerrcaustics.beams.ends import CelestialSphere, End, Sphere, Wherever
 from kerrcaustics.choices import WaveMethod
 from kerrcaustics.images.images import StarImages, checked_place, star_images
 from kerrcaustics.images.sheets import HIGHEST_INDEX
+from kerrcaustics.lens_map.domains import search_surface
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
@@ -145,7 +146,7 @@ def amplification(
     ['line', 'line']
     """
     check_viewer(viewer)
-    surface = end_of(viewer, end)
+    surface = search_surface(viewer, end)
     if not isinstance(surface, CelestialSphere | Sphere):
         raise ValueError(f"Argument `end` must be math.inf or the radius of the source, but is {quoted(end)}.")
     highest = whole_number("max_index", max_index, 0, HIGHEST_INDEX)
