@@ -33,6 +33,19 @@ TRACKS = ("level_curves",)
 EXPLORER = ("answers", "page_data")
 ORBITS = ("geodesics", "motions", "orbit")
 SCENE_FILES = ("camera_motion", "expressions", "orientation")
+WAVES = (
+    "continuation",
+    "dark_sides",
+    "gaps",
+    "group_methods",
+    "image_groups",
+    "nearest_curve",
+    "ring_integral",
+    "summed_images",
+    "uniform",
+    "wave_images",
+    "wave_sources",
+)
 ROOMS = {
     "films": FILMS,
     "spacetime": SPACETIME,
@@ -44,6 +57,7 @@ ROOMS = {
     "images": IMAGES,
     "tracks": TRACKS,
     "scene_files": SCENE_FILES,
+    "waves": WAVES,
     "explorer": EXPLORER,
 }
 # GB: when memory is given back, and what must not be kept then.

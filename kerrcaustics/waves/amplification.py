@@ -4,28 +4,28 @@ import math
 from typing import get_args
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Complex, Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.astronomy.row_tables import FrequencyTable
 from kerrcaustics.beams.ends import CelestialSphere, End, Sphere, Wherever
 from kerrcaustics.choices import WaveMethod
 from kerrcaustics.images.images import StarImages, checked_place, star_images
-from kerrcaustics.images.sheets import HIGHEST_INDEX
+from kerrcaustics.images.sheets import HIGHEST_INDEX, Sheets
 from kerrcaustics.lens_map.domains import search_surface
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, whole_number
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
-from kerrcaustics.waves.image_groups import best_parts, left_out
-from kerrcaustics.waves.wave_images import wave_images
+from kerrcaustics.waves.image_groups import wave_field
+from kerrcaustics.waves.wave_images import WaveImages, wave_images
 from kerrcaustics.waves.wave_sources import WaveSource
 
 Array = np.ndarray
 
-LEAST_FREQUENCY = 0.05
-"""Below it rays say nothing about waves."""
+LEAST_FREQUENCY, LARGEST_FREQUENCY = 0.05, 1e100
+"""Below the first rays say nothing about waves; beyond the other numbers overflow."""
 
 METHODS = get_args(WaveMethod)
 
@@ -58,7 +58,7 @@ class Amplification(FrequencyTable):
     remarks: tuple[str, ...] = quantity("", "", "remarks on what is in doubt or left out")
 
     @property
-    def value(self) -> Array:
+    def value(self) -> Complex[Array, " n"]:
         """The field (n,), complex; waves go as exp(-i omega t)."""
         return self.real + 1j * self.imaginary
 
@@ -160,11 +160,11 @@ def _checked_frequencies(frequencies: ArrayLike) -> Float[Array, " frequencies"]
     omega = np.atleast_1d(numbers("frequencies", frequencies))
     if omega.ndim != 1 or not len(omega):
         raise ValueError(f"Argument `frequencies` must be a number or a list, but has the shape {omega.shape}.")
-    wrong = ~(np.isfinite(omega) & (np.abs(omega) >= LEAST_FREQUENCY))
+    wrong = ~((np.abs(omega) >= LEAST_FREQUENCY) & (np.abs(omega) <= LARGEST_FREQUENCY))
     if wrong.any():
         raise ValueError(
-            f"Argument `frequencies` must be finite, and at least {LEAST_FREQUENCY:g} in modulus, as rays say nothing "
-            f"of longer waves, but has {omega[wrong][0]:g}."
+            f"Argument `frequencies` must be finite, and {LEAST_FREQUENCY:g} to {LARGEST_FREQUENCY:g} in modulus, as "
+            f"rays say nothing of longer waves, but has {omega[wrong][0]:g}."
         )
     return omega
 
@@ -173,28 +173,45 @@ def _amplification(
     asked: WaveSource, omega: Float[Array, " frequencies"], highest: int, how: WaveMethod
 ) -> Amplification:
     source = asked.beyond_viewer()
-    images = star_images(source.viewer, source.place, min(highest + 1, HIGHEST_INDEX), end=source.surface)
+    index = min(highest + 1, HIGHEST_INDEX)
+    images = star_images(source.viewer, source.place, index, end=source.surface)
     waves = wave_images(source, images)
-    parts = best_parts(source, waves, highest, np.abs(omega), how)
-    field = np.sum([part.value for part in parts], axis=0)
-    field = np.where(omega < 0, field.conj(), field)
-    taken = max((part.last for part in parts), default=highest)
-    beyond = left_out(waves, taken)
-    error = np.sum([part.error for part in parts], axis=0) + beyond
-    brightest = np.argmax([np.abs(part.value) for part in parts], axis=0)
+    field = wave_field(source, waves, highest, np.abs(omega), how)
+    value = np.where(omega < 0, field.value.conj(), field.value)
     return Amplification(
         camera=asked.viewer,
         surface=asked.surface,
         source=asked.place,
         max_index=highest,
         frequency=omega,
-        real=field.real,
-        imaginary=field.imag,
-        error=error,
-        method=np.array([parts[part].method[i] for i, part in enumerate(brightest.tolist())]),
+        real=value.real,
+        imaginary=value.imag,
+        error=field.error,
+        method=field.method,
         image_index=waves.index,
         image_amplitude=waves.amplitude,
         image_time=waves.time,
-        certified=images.certified or bool(images.on_caustic),
-        remarks=images.remarks,
+        certified=images.certified or _all_but_meeting(source.sheets(index), images, field.passed),
+        remarks=(*images.remarks, *_remarks(waves, np.abs(omega))),
+    )
+
+
+def _all_but_meeting(sheets: Sheets, images: StarImages, passed: frozenset[int]) -> bool:
+    """True if all images were found but those that meet on caustics, and the field needs no count of these."""
+    on_caustic = set(images.on_caustic)
+    if not on_caustic or not on_caustic <= passed:
+        return False
+    rings = {order for order in on_caustic if sheets.curves.curves[order - 1].is_point}
+    beside = {index for order in rings for index in (order - 1, order)}
+    return all(images.per_index[index] == count for index, count in images.expected.items() if index not in beside)
+
+
+def _remarks(waves: WaveImages, omega: Float[Array, " frequencies"]) -> tuple[str, ...]:
+    """A remark if frequencies are so high that the phases of images are not known."""
+    late = float(waves.time_error.max(initial=0.0))
+    if not late * float(omega.max()) > 1:
+        return ()
+    return (
+        f"travel times of images are known to {late:.1g} M: at frequencies above {1 / late:.1g} the phases of some are "
+        "not, which the error contains; their moduli are `image_amplitude`",
     )

@@ -164,7 +164,8 @@ class _NearestPlaces:
         area = lengths(np.cross(turned, here.deeper)) * sky.still_lengths(here.sky) ** 2
         with np.errstate(invalid="ignore", divide="ignore"):
             amplitude = source.amplitudes(camera, here.sky, beams, np.abs(pushed) * area / lengths(along))
-        phase = sky.viewer_time(here.time, np.zeros(len(n)))[0] - impact @ source.star
+        time, late = sky.viewer_time(here.time, here.time_error)
+        phase = time - impact @ source.star
         kept, short = np.ones(len(n), bool), None
         if gap is not None:
             share, faster = gap.share(self.edge_phase), gap.share(self.edge_phase, short=True)
@@ -180,7 +181,8 @@ class _NearestPlaces:
             # An image in the fade would be there in part.
             is_smooth = bool(np.abs(rate_of(phase)[gap.fades(self.edge_phase)]).min() > _LEAST_RATE)
         far_off = 1 + _FAR_OFF * source.nearness * float(self.away[kept].max()) ** 2
-        return NearestCurve(self.order, phase, amplitude, far_off, tail, is_smooth, gap, short)
+        late = float(late[kept].max())
+        return NearestCurve(self.order, phase, late, amplitude, far_off, tail, is_smooth, gap, short)
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,6 +199,12 @@ class _Here:
         """Times of travel."""
         assert self.beams.time is not None
         return self.beams.time
+
+    @property
+    def time_error(self) -> Float[Array, " lines"]:
+        """Their errors."""
+        assert self.beams.time_error is not None
+        return self.beams.time_error
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Complex, Float
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
@@ -23,10 +23,12 @@ from kerrcaustics.results.progress import Progress, in_steps, with_progress
 from kerrcaustics.spacetime.checks import numbers, quoted, real_number, whole_number
 from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
-from kerrcaustics.waves.amplification import LEAST_FREQUENCY
-from kerrcaustics.waves.image_groups import apart_error, beyond_gap, left_out, ring_error, summed_error
+from kerrcaustics.waves.amplification import LARGEST_FREQUENCY, LEAST_FREQUENCY
+from kerrcaustics.waves.dark_sides import error_beyond_gap
+from kerrcaustics.waves.group_methods import ring_error
 from kerrcaustics.waves.nearest_curve import curves_with_gap, nearest_curve
 from kerrcaustics.waves.ring_integral import NearestCurve, resampled
+from kerrcaustics.waves.summed_images import apart_error, left_out, summed_error
 from kerrcaustics.waves.wave_images import WaveImages, wave_images
 from kerrcaustics.waves.wave_sources import WaveSource
 
@@ -38,6 +40,8 @@ _GRID, _NODES = chebyshev.chebpts1(_STARS), _STARS**2
 _BETWEEN = [(0.31, -0.57), (-0.73, 0.12), (0.08, 0.83)]
 # Most rows and columns.
 _MOST_PIXELS = 2000
+# Most entries that are held at once.
+_MOST_ENTRIES = 4_000_000
 
 
 @result(
@@ -61,7 +65,7 @@ class DiffractionPattern(Shown):
     remarks: tuple[str, ...] = quantity("", "", "remarks on what is left out")
 
     @property
-    def value(self) -> Array:
+    def value(self) -> Complex[Array, "rows columns"]:
         """The field (rows, columns), complex."""
         return self.real + 1j * self.imaginary
 
@@ -127,8 +131,10 @@ def diffraction_pattern(
     check_viewer(viewer)
     theta, phi = _checked_region(region)
     omega = real_number("frequency", frequency)
-    if not LEAST_FREQUENCY <= omega < math.inf:
-        raise ValueError(f"Argument `frequency` must be at least {LEAST_FREQUENCY:g}, but is {quoted(frequency)}.")
+    if not LEAST_FREQUENCY <= omega <= LARGEST_FREQUENCY:
+        raise ValueError(
+            f"Argument `frequency` must be {LEAST_FREQUENCY:g} to {LARGEST_FREQUENCY:g}, but is {quoted(frequency)}."
+        )
     at_once = np.array([omega])
     highest = whole_number("max_index", max_index, 0, HIGHEST_INDEX)
     count = whole_number("pixels", pixels, 2, _MOST_PIXELS)
@@ -139,6 +145,7 @@ def diffraction_pattern(
     waves, sheets = _waves(here, beyond), here.sheets(beyond)
     nearest = _nearest_order(sheets, highest, here.star)
     rings = _rings(sources, sheets, nearest, highest)
+    _check_nodes(rings, omega)
     last = min(max(rings), HIGHEST_INDEX)
     free = _free([_waves(source, last) for source in sources], rings)
     steady = [index for index in range(last + 1) if len({int((part.index == index).sum()) for part in free}) == 1]
@@ -183,7 +190,7 @@ class _Sum:
         self.field, self.error = np.zeros((pixels, pixels), complex), np.zeros((pixels, pixels))
         self.missed = np.zeros(len(_BETWEEN), complex)
 
-    def add(self, part: Callable[[Array, Array], Array], between: list[complex]) -> Float[Array, "rows columns"]:
+    def add(self, part: Callable[[Array, Array], Array], between: list[complex]) -> Complex[Array, "rows columns"]:
         """A part of the field, by the weights of rows and columns; between: of the stars between the nodes."""
         value = part(self.shares, self.shares)
         self.field += value
@@ -236,6 +243,16 @@ def _rings(sources: list[WaveSource], sheets: Sheets, nearest: int, highest: int
     return rings
 
 
+def _check_nodes(rings: dict[int, list[NearestCurve]], omega: float) -> None:
+    """ValueError unless the integrals can be summed at a frequency."""
+    most = min(curve.highest_frequency for curves in rings.values() for curve in curves)
+    if omega > most:
+        raise ValueError(
+            f"Argument `frequency` must be at most {most:.3g} in this region, beyond which its fringes need too many "
+            f"lines of sight, but is {omega:g}: try a smaller region, or `amplification`, which sums images."
+        )
+
+
 def _free(images: list[WaveImages], rings: dict[int, list[NearestCurve]]) -> list[WaveImages]:
     """The images of each source that belong to no ring, by their times."""
     free = []
@@ -254,30 +271,32 @@ def _gap_error(
     order = curves[0].order
     ring, caustic = waves.ring(order), sheets.curves.curves[order - 1].points
     return max(
-        float((curve.lost_in_gap(omega) + beyond_gap(ring, curve, caustic, source.star, omega))[0])
+        float((curve.lost_in_gap(omega) + error_beyond_gap(ring, curve, caustic, source.star, omega))[0])
         for source, curve in zip(sources, curves, strict=True)
     )
 
 
 def _field(
     curves: list[NearestCurve], omega: float, rows: Float[Array, "rows stars"], columns: Float[Array, "columns stars"]
-) -> Float[Array, "rows columns"]:
+) -> Complex[Array, "rows columns"]:
     """The integrals of stars whose integrand is a weighted mean of those of others; rows, columns: the weights."""
     count = max(max(len(curve.phase), curve.nodes(omega)) for curve in curves)
     phase, amplitude = (
         np.array([resampled(getattr(curve, name), count) for curve in curves]).reshape(_STARS, _STARS, count)
         for name in ("phase", "amplitude")
     )
-    values = []
-    for row in rows:
-        bright, late = (columns @ np.tensordot(row, part, 1) for part in (amplitude, phase))
-        values.append((bright * np.exp(1j * omega * late)).sum(axis=1))
-    return curves[0].turned(omega) * np.array(values) * (2 * math.pi / count)
+    values = np.empty((len(rows), len(columns)), complex)
+    few = max(1, _MOST_ENTRIES // count)
+    for i, first in itertools.product(range(len(rows)), range(0, len(columns), few)):
+        here = columns[first : first + few]
+        bright, late = (here @ np.tensordot(rows[i], part, 1) for part in (amplitude, phase))
+        values[i, first : first + few] = (bright * np.exp(1j * omega * late)).sum(axis=1)
+    return curves[0].turned(omega) * values * (2 * math.pi / count)
 
 
 def _sum_of_images(
     images: list[WaveImages], omega: float, rows: Float[Array, "rows stars"], columns: Float[Array, "columns stars"]
-) -> Float[Array, "rows columns"]:
+) -> Complex[Array, "rows columns"]:
     """The same of images of one index, each of which all stars have."""
     amplitude, time = (
         np.array([getattr(part, name) for part in images]).reshape(_STARS, _STARS, -1) for name in ("amplitude", "time")

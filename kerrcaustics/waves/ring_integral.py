@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Complex, Float
 
 from kerrcaustics.waves.gaps import Gap
 
@@ -16,27 +16,35 @@ _NEXT_PHASE = 1 / 24
 # Nodes of the sum: per radian of phase that passes in a turn, and at least; by how much frequencies that share nodes
 # may differ.
 _PER_RADIAN, _LEAST_NODES, _ALIKE = 1.2, 40, 1.25
-# Most entries that are held at once.
-_MOST_ENTRIES = 4_000_000
+# Most entries that are held at once, and most nodes of one sum: at higher frequencies there is none.
+_MOST_ENTRIES, _MOST_NODES = 4_000_000, 1 << 17
 # Images are on the curve if its phase is their time where it is stationary, so exactly, by so many times more lines;
 # the rate of a phase that is stationary without a turn.
 _FINELY, _SAME_TIME, _STILL = 8, 1e-3, 0.02
 # Below it a phase is round-off: on an axis it is constant.
 _TINY = 1e-3
+# What is wrong with a wave by its amplitude where nothing is known of its phase.
+_OPPOSITE = 2.0
 
 
 @dataclass(frozen=True, eq=False)
 class NearestCurve:
     """The integrand of a ring of images, at equally spaced lines.
 
-    order: of the critical curve; phase: T - B . n_s; amplitude: of the sum; far_off: by how much its error is larger
-    than on the axis; roughness: the last Fourier coefficients over the largest; is_smooth: True if it is one curve that
-    every line crosses once, but for lines in the gap; gap: lines that are left out; short_fade: the amplitude that
-    fades faster beside the gap.
+    order: of the critical curve.
+    phase: T - B . n_s.
+    phase_error: that of the times, but for what is lost between the lines.
+    amplitude: of the sum.
+    far_off: by how much its error is larger than on the axis.
+    roughness: the last Fourier coefficients over the largest.
+    is_smooth: True if it is one curve that every line crosses once, but for lines in the gap.
+    gap: lines that are left out.
+    short_fade: the amplitude that fades faster beside the gap.
     """
 
     order: int
     phase: Float[Array, " lines"]
+    phase_error: float
     amplitude: Float[Array, " lines"]
     far_off: float
     roughness: float
@@ -56,11 +64,29 @@ class NearestCurve:
 
     def nodes(self, omega: float) -> int:
         """Number of nodes that the sum needs at a frequency: with fewer it is wrong, and does not show it."""
-        return math.ceil(_PER_RADIAN * abs(omega) * self.fastest + _LEAST_NODES)
+        return math.ceil(min(_PER_RADIAN * abs(omega) * self.fastest + _LEAST_NODES, _MOST_NODES))
 
-    def field(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
-        """The sum at frequencies that are not 0."""
+    @property
+    def highest_frequency(self) -> float:
+        """The highest frequency at which there is a sum."""
+        return (_MOST_NODES - _LEAST_NODES) / (_PER_RADIAN * max(self.fastest, np.finfo(float).tiny))
+
+    def is_slow(self, omega: Float[Array, " frequencies"]) -> Bool[Array, " frequencies"]:
+        """True for frequencies that need so many nodes that there is no sum."""
+        return np.abs(omega) > self.highest_frequency
+
+    def field(self, omega: Float[Array, " frequencies"]) -> Complex[Array, " frequencies"]:
+        """The sum at frequencies that are not 0; NaN where there is none."""
         return self._sum(omega, self.amplitude)
+
+    def error_of_phase(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+        """The error of the sum by that of the phase, and by what its Fourier series lacks.
+
+        Coefficients fall exponentially: those beyond the last quarter go on as they fell to there.
+        """
+        lacking = self.roughness ** (4 / 3) * max(float(np.ptp(self.phase)), _TINY)
+        off = np.minimum(np.abs(omega) * (self.phase_error + lacking), _OPPOSITE)
+        return off * np.sqrt(np.abs(omega)) * self.brightest
 
     def lost_in_gap(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
         """The error of fading out beside the gap: the difference between two lengths of the fade."""
@@ -70,13 +96,13 @@ class NearestCurve:
 
     def _sum(
         self, omega: Float[Array, " frequencies"], amplitude: Float[Array, " lines"]
-    ) -> Float[Array, " frequencies"]:
-        value, ascending = np.empty(len(omega), complex), np.argsort(np.abs(omega))
-        first = 0
-        while first < len(omega):
+    ) -> Complex[Array, " frequencies"]:
+        value, ascending = np.full(len(omega), np.nan, complex), np.argsort(np.abs(omega))
+        first, known = 0, int((~self.is_slow(omega)).sum())
+        while first < known:
             # The lower a frequency, the fewer nodes it needs.
             most = _ALIKE * abs(omega[ascending[first]])
-            last = int(np.searchsorted(np.abs(omega[ascending]), most, side="right"))
+            last = int(np.searchsorted(np.abs(omega[ascending[:known]]), most, side="right"))
             count = max(len(self.phase), self.nodes(float(omega[ascending[last - 1]])))
             last = min(last, first + max(1, _MOST_ENTRIES // count))
             here = ascending[first:last]

@@ -16,68 +16,88 @@ Array = np.ndarray
 # Nodes of Pearcey's integral on the path on which its integrand falls as exp(-s^4), and the last ones; what round-off
 # may cost there. Imaginary parts of roots below this part of them are round-off.
 _NODES, _LAST, _LOST, _REAL = 600, 6.0, 1e-6, 1e-8
+# Largest argument of Airy functions: their leading terms beyond it are the sum of two images.
+_FARTHEST = 1e4
 
 
-def fold_pair(
-    omega: Float[Array, " frequencies"], index: int, time: tuple[float, float], amplitude: tuple[float, float]
-) -> Float[Array, " frequencies"]:
-    """The field of two images beside a fold, of which `index` is the lower index and the earlier time comes first."""
-    chi = omega * (time[1] - time[0]) / 2
-    z = (1.5 * chi) ** (2 / 3)
-    value, slope, *_ = scipy.special.airy(-z)
-    return _joined(omega, index, time, amplitude, z**0.25 * value, z**-0.25 * slope)
+def fold_parameters(time: Float[Array, " 2"], amplitude: Float[Array, " 2"]) -> Float[Array, " 4"]:
+    """Parameters of the field of two images beside a fold, the earlier one first.
+
+    Their mean time; the argument of the Airy functions, the sum and the difference of the amplitudes, without the
+    powers of the frequency that belong to them. All four are analytic in the place of the source, through the fold.
+    NaN where both images are one.
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        argument = (0.75 * (time[1] - time[0])) ** (2 / 3)
+        even, odd = amplitude.sum() * argument**0.25, (amplitude[0] - amplitude[1]) * argument**-0.25
+    return np.array([time.mean(), argument, even, odd])
+
+
+def fold_field(
+    omega: Float[Array, " frequencies"], index: int, parameters: Float[Array, " 4"]
+) -> tuple[Complex[Array, " frequencies"], Float[Array, " frequencies"]]:
+    """The field beside a fold and about its size, NaN where arguments are too large.
+
+    index: the lower Morse index. The size is that of both images without their phases, and next to the fold the largest
+    value of the Airy function.
+    """
+    mean, argument, even, odd = parameters.tolist()
+    z = omega ** (2 / 3) * argument
+    value, slope, *_ = scipy.special.airy(-np.where(np.abs(z) < _FARTHEST, z, np.nan))
+    turn = np.exp(1j * (omega * mean - math.pi * index / 2 - math.pi / 4))
+    field = math.sqrt(math.pi) * turn * (even * omega ** (1 / 6) * value - 1j * odd * omega ** (-1 / 6) * slope)
+    return field, abs(even) / math.sqrt(2) * omega ** (1 / 6) / np.maximum(1, z) ** 0.25
 
 
 def ring_pair(
-    omega: Float[Array, " frequencies"], index: int, time: tuple[float, float], amplitude: tuple[float, float]
-) -> Float[Array, " frequencies"]:
-    """The field of the only two images of a ring, across the axis from each other."""
-    chi = omega * (time[1] - time[0]) / 2
-    size = np.sqrt(chi / 2)
-    return _joined(omega, index, time, amplitude, size * scipy.special.j0(chi), size * scipy.special.j1(chi))
+    omega: Float[Array, " frequencies"], index: int, time: Float[Array, " 2"], amplitude: Float[Array, " 2"]
+) -> Complex[Array, " frequencies"]:
+    """The field of the only two images of a ring, across the axis from each other, the earlier one first.
 
-
-def _joined(
-    omega: Float[Array, " frequencies"],
-    index: int,
-    time: tuple[float, float],
-    amplitude: tuple[float, float],
-    even: Float[Array, " frequencies"],
-    odd: Float[Array, " frequencies"],
-) -> Float[Array, " frequencies"]:
-    """Functions of the phase between two images, by the sum and the difference of their amplitudes."""
-    turn = np.exp(1j * (omega * sum(time) / 2 - math.pi * index / 2 - math.pi / 4))
-    return math.sqrt(math.pi) * turn * (sum(amplitude) * even - 1j * (amplitude[0] - amplitude[1]) * odd)
-
-
-def cusp_triple(
-    omega: Float[Array, " frequencies"],
-    index: tuple[int, int],
-    time: tuple[float, float, float],
-    amplitude: tuple[float, float, float],
-) -> tuple[Float[Array, " frequencies"], Float[Array, " frequencies"]]:
-    """The field of three images within a cusp, and about its size; NaN where round-off would spoil it.
-
-    index: Morse index of the image in the middle, and of the other two; time, amplitude: the middle one second.
+    index: the lower Morse index.
     """
-    sense = index[0] - index[1]
+    chi = omega * (time[1] - time[0]) / 2
+    even, odd = scipy.special.j0(chi), scipy.special.j1(chi)
+    turn = np.exp(1j * (omega * time.mean() - math.pi * index / 2 - math.pi / 4))
+    return np.sqrt(math.pi * chi / 2) * turn * (amplitude.sum() * even - 1j * (amplitude[0] - amplitude[1]) * odd)
+
+
+def cusp_parameters(sense: int, time: Float[Array, " 3"], amplitude: Float[Array, " 3"]) -> Float[Array, " 6"]:
+    """Parameters of the field of three images within a cusp, in their order round the hole.
+
+    sense: 1 if the image in the middle has the higher index, -1 if it has the lower one. The parameters are the phase,
+    x and y of Pearcey's integral, and the shares of its three moments, without the powers of the frequency that belong
+    to them. All are analytic in the place of the source, through the cusp. NaN where the times are not those of images
+    within a cusp.
+    """
     first, last = sense * (time[1] - time[0]), sense * (time[1] - time[2])
-    nothing = np.full(len(omega), np.nan)
     if not (first > 0 and last > 0):
-        return nothing, nothing
+        return np.full(6, np.nan)
     # The phase t^4 + x t^2 + y t has its stationary places where the images are.
     ratio = last / first
     part = max(root.real for root in np.roots([1, 2, 0, -2 * ratio, -ratio]) if abs(root.imag) < _REAL * abs(root))
-    u = (3 * omega * first / (1 + 2 * part)) ** 0.25
-    places = u[:, None] * np.array([2 + part, part - 1, -1 - 2 * part]) / 3
-    one, middle, three = places.T
+    u = (3 * first / (1 + 2 * part)) ** 0.25
+    places = u * np.array([2 + part, part - 1, -1 - 2 * part]) / 3
+    one, middle, three = places.tolist()
     x, y = 2 * (one * middle + one * three + middle * three), -4 * one * middle * three
-    phase = omega * time[1] - sense * (x * middle**2 / 2 + 3 * y * middle / 4)
-    values = np.array(amplitude) * np.sqrt(np.abs(12 * places**2 + 2 * x[:, None]) / (2 * math.pi))
-    share = np.linalg.solve(places[..., None] ** np.arange(3), values[..., None])[..., 0]
-    integrals = pearcey(x, y)
+    phase = time[1] - sense * (x * middle**2 / 2 + 3 * y * middle / 4)
+    values = amplitude * np.sqrt(np.abs(12 * places**2 + 2 * x) / (2 * math.pi))
+    return np.array([phase, x, y, *np.linalg.solve(places[:, None] ** np.arange(3), values)])
+
+
+def cusp_field(
+    omega: Float[Array, " frequencies"], index: tuple[int, int], parameters: Float[Array, " 6"]
+) -> tuple[Complex[Array, " frequencies"], Float[Array, " frequencies"]]:
+    """The field beside a cusp, and about its size; NaN where round-off would spoil it.
+
+    index: Morse index of the image in the middle, and of the other two.
+    """
+    sense = index[0] - index[1]
+    phase, x, y, *shares = parameters.tolist()
+    share = np.array(shares) * omega[:, None] ** (0.25 - 0.25 * np.arange(3))
+    integrals = pearcey(omega**0.5 * x, omega**0.75 * y)
     terms = share * (integrals if sense > 0 else integrals.conj())
-    turn = np.exp(1j * (phase - math.pi * index[1] / 2 - sense * math.pi / 4))
+    turn = np.exp(1j * (omega * phase - math.pi * index[1] / 2 - sense * math.pi / 4))
     return turn * terms.sum(axis=1), np.abs(terms).sum(axis=1)
 
 
@@ -86,6 +106,6 @@ def pearcey(x: Float[Array, " n"], y: Float[Array, " n"]) -> Complex[Array, "n 3
     s = np.linspace(-_LAST, _LAST, _NODES)
     t = s * np.exp(0.125j * math.pi)
     exponent = 1j * (t**4 + x[:, None] * t**2 + y[:, None] * t)
-    lost = exponent.real.max(axis=1) > math.log(_LOST / np.finfo(float).eps)
+    lost = ~(exponent.real.max(axis=1) <= math.log(_LOST / np.finfo(float).eps))
     value = np.exp(np.where(lost[:, None], np.nan, exponent)) @ (t[:, None] ** np.arange(3))
     return value * (t[1] - t[0])

@@ -1,11 +1,12 @@
-"""Images as waves: amplitudes, times and Morse indices, and who lies beside whom round the hole."""
+"""Images as waves: amplitudes, times and Morse indices with their errors, and who lies beside whom round the hole."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Complex, Float, Int
 
+from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.images.images import StarImages
 from kerrcaustics.lens_map.search_sky import TOLERANCE, search_sky
@@ -15,24 +16,36 @@ from kerrcaustics.waves.wave_sources import WaveSource
 
 Array = np.ndarray
 
+# What is wrong with a wave by its amplitude where nothing is known of its phase.
+_OPPOSITE = 2.0
+# Rounding of n', radians, and of times by the radius of the viewer and themselves.
+_OF_END, _OF_TIME = 4e-15, 2e-15
+
 
 @dataclass(frozen=True)
 class WaveImages(Rows):
     """Images of one star, one entry each.
 
     index: Morse index; amplitude: g times the root of the magnification, at finite radii over that in empty space;
-    time: of travel; around: position angle about the hole, radians.
+    time: of travel; around: position angle about the hole, radians; amplitude_error, time_error: their errors.
     """
 
     index: Int[Array, " images"]
     amplitude: Float[Array, " images"]
     time: Float[Array, " images"]
     around: Float[Array, " images"]
+    amplitude_error: Float[Array, " images"]
+    time_error: Float[Array, " images"]
 
-    def field(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+    def field(self, omega: Float[Array, " frequencies"]) -> Complex[Array, " frequencies"]:
         """The sum of the waves."""
         turned = self.amplitude * np.exp(-0.5j * math.pi * self.index)
         return np.exp(1j * omega[:, None] * self.time) @ turned
+
+    def error(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+        """The error of that sum by those of amplitudes and times."""
+        off = np.minimum(omega[:, None] * self.time_error, _OPPOSITE)
+        return off @ self.amplitude + self.amplitude_error.sum()
 
     def ring(self, order: int) -> "WaveImages":
         """Images on both sides of a critical curve, in the order of their position angles."""
@@ -46,11 +59,34 @@ def wave_images(source: WaveSource, images: StarImages) -> WaveImages:
     camera, end = sky.search_camera, source.surface
     places = sky.searched(images.sky)
     beams = beams_of_directions(
-        camera, places, "auto", TOLERANCE, end=end, time=True, index=False, crossings=False, constants=True
+        camera, places, "auto", TOLERANCE, end=end, time=False, index=False, crossings=False, constants=True
     )
-    assert beams.time is not None
-    time = sky.viewer_time(beams.time, np.zeros(len(places)))[0]
-    own = viewer.directions(images.sky)
-    amplitude = source.amplitudes(viewer, own, beams, images.magnification)
+    amplitude = source.amplitudes(viewer, viewer.directions(images.sky), beams, images.magnification)
     line = line_of_sight_from_sky(camera.frame(), places)
-    return WaveImages(images.index, amplitude, time, np.arctan2(line[:, 2], line[:, 1]))
+    late = images.time_error
+    with np.errstate(invalid="ignore"):
+        off = images.redshift_error / images.redshift + images.magnification_error / images.magnification / 2
+    return WaveImages(
+        images.index,
+        amplitude,
+        images.time,
+        np.arctan2(line[:, 2], line[:, 1]),
+        np.where(np.isnan(off), math.inf, amplitude * off),
+        np.where(images.index == 0, np.minimum(late, _direct_time_error(images, beams)), late),
+    )
+
+
+def _direct_time_error(images: StarImages, beams: Beams) -> Float[Array, " images"]:
+    """Errors of the times of images whose rays are little bent.
+
+    The rounding of a direction moves the end of its ray and changes its time, dT = -B . dn', B the impact vector: the
+    time from the star itself is wrong by no more than what n' misses it by.
+    """
+    assert beams.impact is not None
+    assert beams.carter is not None
+    height = images.camera.spin * beams.direction[:, 2]
+    lever = np.sqrt(np.maximum(beams.impact**2 + beams.carter + height**2, 0))
+    far = images.camera.radius if math.isfinite(images.camera.radius) else 0.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        missed = images.error / np.sqrt(images.magnification)
+    return lever * (missed + _OF_END) + _OF_TIME * (far + np.abs(images.time))

@@ -1,0 +1,127 @@
+"""Sums of images, as if they were apart or in pairs, their errors, and that of images that are left out."""
+
+import math
+
+import numpy as np
+from jaxtyping import Bool, Complex, Float
+
+from kerrcaustics.images.sheets import HIGHEST_INDEX
+from kerrcaustics.waves.uniform import fold_field, fold_parameters
+from kerrcaustics.waves.wave_images import WaveImages
+
+Array = np.ndarray
+
+# Error times the frequency, in parts of the field, of separate images.
+_OF_IMAGES = 0.01
+AT_FOLD = 0.14
+"""Error of two images as a sum, by the inverse phase between them, at a fold."""
+# The same on a ring, and the share of the next order.
+_ON_RING, _NEXT_ORDER = 0.18, 0.7
+# The most by which a sum of two images is wrong, in parts of both amplitudes: next to a caustic they grow without
+# limit, and their uniform field does not.
+_MOST = 1.0
+# The amplitude of many images of one index, by the root of the sum of squares.
+_IN_PHASE = 2.0
+# Amplitude of each index by that of two before, as images are on the same side then, at least and at most; and the rest
+# by the highest index, where no more is known. How much more than so the rest may be, where indices have the same
+# number of images, and where it grows; and the whole where stars are within caustics.
+_LEAST_RATIO, _LARGEST_RATIO, _UNKNOWN_RATIO = 0.05, 0.8, 0.75
+_UNSURE, _MORE = (1.25, 2.5), 1.3
+
+
+def error_of_images(waves: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+    """The error of images that lie apart."""
+    return _OF_IMAGES / omega * float(waves.amplitude.sum()) + waves.error(omega)
+
+
+def summed_error(ring: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+    """The error of neighbours on a ring as a sum."""
+    return error_of_pairs(ring, gaps(ring), omega, _ON_RING / 2 if len(ring) == 2 else AT_FOLD)
+
+
+def apart_error(images: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+    """The error of images as a sum."""
+    return summed_error(images, omega) + error_of_images(images, omega)
+
+
+def gaps(ring: WaveImages) -> Float[Array, " images"]:
+    """Times between each image and the next on the ring, infinite where these are no pair."""
+    following = np.roll(np.arange(len(ring)), -1)
+    return np.where(ring.index != ring.index[following], np.abs(ring.time - ring.time[following]), math.inf)
+
+
+def error_of_pairs(
+    ring: WaveImages, gap: Float[Array, " images"], omega: Float[Array, " frequencies"], share: float
+) -> Float[Array, " frequencies"]:
+    """The error of neighbours with finite gaps as sums, by the phase between both."""
+    pairs = np.isfinite(gap)
+    one, other = ring.amplitude[pairs], np.roll(ring.amplitude, -1)[pairs]
+    chi = gap[pairs][:, None] * omega / 2
+    with np.errstate(divide="ignore", over="ignore"):
+        off = np.sqrt(one * other)[:, None] * share / chi * (1 + _NEXT_ORDER / chi)
+    return np.minimum(off, _MOST * (one + other)[:, None]).sum(axis=0)
+
+
+def field_in_pairs(
+    ring: WaveImages,
+    taken: Bool[Array, " images"],
+    omega: Float[Array, " frequencies"],
+    share: Float[Array, " frequencies"],
+) -> tuple[Complex[Array, " frequencies"], Float[Array, " frequencies"]]:
+    """The field of images of a ring and its error: of neighbours, the closest in time first, as pairs beside folds.
+
+    At frequencies at which the error of the sum is smaller, both are summed, as are those that are in no pair.
+
+    taken: True for neighbours whose field is known; share: the error of a pair by its size.
+    """
+    gap, free = gaps(ring), ~taken
+    gap[taken & np.roll(taken, -1)] = math.inf
+    # Of two images alone there is one pair, not two.
+    gap[len(gap) - (len(gap) == 2) :] = math.inf
+    value, error = np.zeros(len(omega), complex), np.zeros(len(omega))
+    for first in np.argsort(gap).tolist():
+        both = np.array([first, (first + 1) % len(ring)])
+        if math.isfinite(gap[first]) and free[both].all():
+            free[both] = False
+            pair = ring[both][np.argsort(ring.time[both])]
+            here, off = _pair(pair, omega, share)
+            value, error, gap[first] = value + here, error + off, math.inf
+    rest = ring[free]
+    torn = error_of_pairs(ring, gap, omega, AT_FOLD)
+    return value + rest.field(omega), error + error_of_images(rest, omega) + torn
+
+
+def _pair(
+    pair: WaveImages, omega: Float[Array, " frequencies"], share: Float[Array, " frequencies"]
+) -> tuple[Complex[Array, " frequencies"], Float[Array, " frequencies"]]:
+    """The field of two images, the earlier one first, and its error, with Airy functions or without."""
+    value, size = fold_field(omega, int(pair.index.min()), fold_parameters(pair.time, pair.amplitude))
+    error = np.nan_to_num(share * np.maximum(np.abs(value), size) + pair.error(omega), nan=math.inf)
+    gap = np.array([np.ptp(pair.time), math.inf])
+    summed = error_of_pairs(pair, gap, omega, AT_FOLD) + error_of_images(pair, omega)
+    return np.where(error < summed, value, pair.field(omega)), np.minimum(error, summed)
+
+
+def left_out(waves: WaveImages, last: int) -> float:
+    """The amplitude of all images of higher index than the last, as it falls from index to index."""
+    amplitude = np.nan_to_num(waves.amplitude, posinf=0)
+    sums, squares = (np.bincount(waves.index, amplitude**power, HIGHEST_INDEX + 2) for power in (1, 2))
+    # Of many images the phases differ.
+    roots = np.sqrt(squares)
+    sums = np.minimum(sums, _IN_PHASE * roots)
+    known = np.flatnonzero(sums)
+    if not len(known):
+        return 0.0
+    highest, count = int(known.max()), np.bincount(waves.index, minlength=HIGHEST_INDEX + 2)
+    if highest < 2:
+        beyond = _UNKNOWN_RATIO * sums[highest]
+    else:
+        grows = bool(count[highest] > count[highest - 2])
+        size = roots if grows else sums
+        ratio = min(size[highest] / size[highest - 2], _LARGEST_RATIO) if size[highest - 2] > 0 else _LARGEST_RATIO
+        later = max(ratio, _LEAST_RATIO)
+        beyond = _UNSURE[int(grows)] * (ratio * sums[highest - 1] + later * sums[highest]) / (1 - later)
+        # Within a caustic images are brighter than those of the next indices can be.
+        beyond = min(beyond, sums[highest - 1] + sums[highest])
+    within_caustic = count.max() > 1
+    return (_MORE if within_caustic else 1.0) * float(sums[last + 1 : highest + 1].sum() + beyond)
