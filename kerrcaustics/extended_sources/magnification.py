@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.ends import End, EquatorialPlane, Wherever
-from kerrcaustics.beams.trace import trace_beams
+from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.extended_sources.area import Weight
 from kerrcaustics.extended_sources.measured import kinks, measured, sphere_scale
 from kerrcaustics.extended_sources.measured_disc import MeasuredDisc, outline_of
@@ -220,7 +220,8 @@ def _check_finite(viewer: Viewer, disc: Disc) -> None:
     """Raise ValueError if the disc is seen at infinite (alpha, beta): in the direction away from the hole."""
     if not isinstance(viewer, Observer) or math.isinf(viewer.radius):
         return
-    ray = trace_beams(viewer, np.array([[1.0, 0.0, 0.0]]), end=disc.surface.bare(), crossings=False, redshift=False)
+    away = np.array([[1.0, 0.0, 0.0]])
+    ray = beams_of_directions(viewer, away, end=disc.surface.bare(), crossings=False, redshift=False)
     (height,) = disc.height(disc.surface.ends(ray))
     if height <= float(ray.error[0]) * np.max(disc.surface.scale(ray)):
         raise ValueError(
