@@ -93,7 +93,7 @@ def test_pairs_are_there_between_their_events(inclined):
         ("annihilation", 2),
     ]
     for event in inclined.events:
-        near = kc.light_curve(CAMERA, INCLINED, event.time + np.array([-2e-3, -1e-3, 1e-3, 2e-3]))
+        near = kc.light_curve(CAMERA, INCLINED, event.moment + np.array([-2e-3, -1e-3, 1e-3, 2e-3]))
         there = np.isfinite(near.emission_time).sum(axis=0)
         sign = 1 if event.kind == "creation" else -1
         step = there[2] - there[1]
@@ -234,18 +234,20 @@ def test_a_small_ball_is_a_point():
 def test_a_ball_crosses_a_caustic_as_a_disc_crosses_a_fold():
     first = kc.light_curve(CAMERA, INCLINED, [184.0, 185.0], searches=8)
     event = next(event for event in first.events if event.kind == "creation" and event.order == 2)
-    time = event.time + np.linspace(-0.2, 0.4, 61)
+    time = event.moment + np.linspace(-0.2, 0.4, 61)
     ball = kc.light_curve(CAMERA, INCLINED, time, source="ball", size=0.03, searches=8)
-    pair = ball.shares[:, time < event.time - 0.01].any(axis=1) & ~ball.shares[:, time < event.time - 0.19].any(axis=1)
+    pair = ball.shares[:, time < event.moment - 0.01].any(axis=1) & ~ball.shares[:, time < event.moment - 0.19].any(
+        axis=1
+    )
     assert ball.certified and sorted(ball.index[pair].tolist()) == [1, 2]
     light = ball.shares[pair].sum(axis=0)
     # The most light of a disc that crosses a fold is 1.393119, with its middle on the fold it is 1.112836.
-    assert light.max() / np.interp(event.time, time, light) == pytest.approx(1.393119 / 1.112836, rel=0.01)
+    assert light.max() / np.interp(event.moment, time, light) == pytest.approx(1.393119 / 1.112836, rel=0.01)
     # No light before the limb arrives, which takes as long as from the limb to the middle.
-    begins = time[np.flatnonzero(light)[0]] - event.time
+    begins = time[np.flatnonzero(light)[0]] - event.moment
     assert 0.06 < -begins < 0.14 and (np.diff(light[light > 0][:6]) > 0).all()
     # It is that of two points far inside.
-    far = time > event.time + 0.39
+    far = time > event.moment + 0.39
     point = kc.light_curve(CAMERA, INCLINED, time[far], searches=8)
     assert ball.flux[far] == pytest.approx(point.flux, rel=2e-3)
 
@@ -279,7 +281,7 @@ def test_light_of_balls_is_that_of_rays_that_meet_them(name):
 def test_light_of_a_ball_on_a_caustic_is_that_of_rays_that_meet_it():
     first = kc.light_curve(CAMERA, INCLINED, [184.0, 185.0], searches=8)
     event = next(event for event in first.events if event.kind == "creation" and event.order == 2)
-    time, size = event.time + np.array([-0.2, 0.007, 0.1]), 0.01
+    time, size = event.moment + np.array([-0.2, 0.007, 0.1]), 0.01
     light = kc.light_curve(CAMERA, INCLINED, time, source="ball", size=size, searches=8)
     places = _places(INCLINED.about(0.9, (-100.0, 300.0)))
     there = np.isfinite(light.emission_time)

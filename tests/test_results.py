@@ -241,3 +241,15 @@ def test_endings_of_other_formats_are_refused(tmp_path):
     with pytest.raises(ValueError, match=r"Argument `path` must not end in \.fits"):
         kc.save(tmp_path / "camera.fits", kc.Camera(0.9, 10.0))
     assert not list(tmp_path.iterdir())
+
+
+def test_times_have_one_meaning():
+    """`time` is a travel time but on the axis of light curves; events have a `moment` of the viewer."""
+    travel, events = re.compile("coordinate time from|coordinate time between|travel time"), set()
+    for kind in KINDS:
+        for one in quantities(kind).values():
+            if one.name == "time" and one.dims != ("time",):
+                assert travel.search(one.text), f"{kind.__name__}.time: {one.text}"
+            if one.name == "moment":
+                events.add(kind.__name__)
+    assert events == {"PairEvent", "SourceEvent", "SpotEvent"}

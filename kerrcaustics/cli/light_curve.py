@@ -188,7 +188,7 @@ def _print_source(light: "SourceLightCurve", out: Console) -> None:
         table.add_row(str(index), f"{part:.3%}", f"{there.min():z.6g}", f"{there.max():z.6g}")
     out.print(table)
     for event in light.events:
-        moment = f"time {event.time:z.9g}, error {event.error:.0e}"
+        moment = f"time {event.moment:z.9g}, error {event.error:.0e}"
         say(out, f"{event.kind} of two images at a caustic of order {event.order}, {moment}")
     say_all(out, light.remarks)
     low, high = np.nanmin(light.flux), np.nanmax(light.flux)

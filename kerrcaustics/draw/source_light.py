@@ -39,9 +39,9 @@ def show_flux(ax: Axes, light: "SourceLightCurve") -> Axes:
         ax.semilogy(light.time[order], there[order], color=style.index_colour(index), lw=1, label=label)
         named.add(index)
     for event in light.events:
-        ax.axvline(event.time, color=style.GUIDE_COLOUR, lw=0.6, zorder=0.5)
+        ax.axvline(event.moment, color=style.GUIDE_COLOUR, lw=0.6, zorder=0.5)
         mark = {**style.event_mark(event.kind), "markeredgecolor": style.index_colour(event.order)}
-        ax.plot([event.time], [1.0], transform=ax.get_xaxis_transform(), clip_on=False, **mark)
+        ax.plot([event.moment], [1.0], transform=ax.get_xaxis_transform(), clip_on=False, **mark)
     ax.set(xlabel="time of the viewer (M)", ylabel="flux for luminosity 1")
     ax.legend(fontsize="small")
     return ax

@@ -20,20 +20,20 @@ from kerrcaustics.spacetime.viewer import Viewer
 Array = np.ndarray
 
 
-@result("source-event/1", record="kind order time emission_time radius theta phi sky error sky_error")
+@result("source-event/1", record="kind order moment emission_time radius theta phi sky error sky_error")
 class SourceEvent(Shown):
     """The creation, or annihilation, of two images of a moving source."""
 
     camera: Viewer = quantity("", "", "the viewer", column="")
     kind: str = quantity("", "", '"creation" or "annihilation"')
     order: int = quantity("", "1", "order of the caustic that the source crosses, on the sphere of the source")
-    time: float = quantity("", "GM/c^3", "time of the camera")
+    moment: float = quantity("", "GM/c^3", "time of the camera")
     emission_time: float = quantity("", "GM/c^3", "time when the light left the source")
     radius: float = quantity("", "GM/c^2", "radius of the source then")
     theta: float = quantity("", "rad", "theta' of the source then", json="theta_deg")
     phi: float = quantity("", "rad", "phi' of the source then", json="phi_deg")
     sky: Array = quantity("axis", "1", "direction N where it is seen; of an Observer (alpha, beta)")
-    error: float = quantity("", "GM/c^3", "estimated error of time")
+    error: float = quantity("", "GM/c^3", "estimated error of moment")
     sky_error: float = quantity("", "sky", "estimated error of sky")
 
 
@@ -163,7 +163,7 @@ def _event(source: Source, turn: Turn) -> SourceEvent:
         camera=searched_sky.viewer,
         kind=event_kind(1.0 if turn.creates else -1.0),
         order=turn.order,
-        time=float(point.arrival[0]),
+        moment=float(point.arrival[0]),
         emission_time=float(point.time[0]),
         radius=float(rays.places.radius[0]),
         theta=theta,
