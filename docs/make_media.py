@@ -1,7 +1,7 @@
 """Short films of the pages, and pictures of the front page: `python docs/make_media.py [NAME ...]` makes them anew.
 
 A film, docs/clips/NAME.mp4, is one of `kerrcaustics film`, with fewer and smaller frames, so that the repository can
-hold it; a picture is docs/images/NAME.png.
+hold it; a picture is docs/images/NAME.png. Each goes into docs/media.json with its digests (media_digests.py).
 """
 
 import sys
@@ -14,6 +14,7 @@ from tempfile import TemporaryDirectory
 import av
 import matplotlib.pyplot as plt
 import numpy as np
+from media_digests import record
 from PIL import Image
 
 import kerrcaustics as kc
@@ -111,6 +112,7 @@ def make(name: str) -> None:
         PICTURES[name]().save(IMAGE_FOLDER / f"{name}.png", optimize=True)
     else:
         make_clip(name)
+    record([name])
 
 
 if __name__ == "__main__":
