@@ -1,12 +1,16 @@
 """Refusals of public functions: a ValueError of one line that names the argument and what it must be."""
 
+import inspect
 import math
 
+import jaxtyping
 import numpy as np
 import pytest
+from public import PUBLIC
 
 import kerrcaustics as kc
 from kerrcaustics.spacetime.checks import apart, quoted
+from kerrcaustics.sweeps.scene import Scene
 
 CAMERA = kc.Camera(0.9, 10.0)
 VIEW = kc.pictures.View(8, 8, 1.0)
@@ -102,6 +106,92 @@ BAD = [
     ),
     (lambda: kc.skies.Panorama.read("sky.tif"), "but is 'sky.tif': other pictures can be converted, TIFF files to"),
 ]
+
+
+SKY, GLOW = np.array([[-0.6, 0.5, 0.4]]), kc.disks.Volume(0.1, 6504.0, inner=5.0, outer=8.0)
+CHECKED = kc.skies.Checkerboard()
+# Functions with arguments that are true or false, and arguments with which they work.
+FLAGS = {
+    "trace_rays": (kc.trace_rays, {"camera": CAMERA, "sky": SKY}),
+    "trace_beams": (kc.trace_beams, {"camera": CAMERA, "sky": SKY}),
+    "ray_paths": (kc.ray_paths, {"camera": CAMERA, "sky": SKY}),
+    "isco": (kc.isco, {"spin": 0.9}),
+    "isoradials": (kc.isoradials, {"camera": CAMERA, "radii": [6.0]}),
+    "image_counts": (kc.image_counts, {"camera": CAMERA, "stars": [(1.4, 0.3)]}),
+    "render": (kc.render, {"camera": CAMERA, "view": VIEW}),
+    "render_volume": (kc.pictures.render_volume, {"camera": CAMERA, "view": VIEW, "volume": GLOW}),
+    "trace_view": (kc.pictures.trace_view, {"camera": CAMERA, "view": VIEW}),
+    "celestial_picture": (kc.skies.celestial_picture, {"sky": CHECKED, "height": 8}),
+    "save_sky": (kc.skies.save_sky, {"path": "sky.fits", "light": LIGHT}),
+    "with_glare": (kc.pictures.with_glare, {"light": LIGHT, "spread": np.ones((3, 3))}),
+    "record": (kc.record, {"result": CAMERA}),
+    "sweep": (kc.sweep, {"scene": Scene(0.5, 6.0), "path": "none/s.zarr"}),
+}
+# Of classes, which hold arguments that are none as well.
+FIELDS = [
+    (kc.disks.Disk, "slant", {"inner": 6.0, "outer": 9.0, "emission": kc.disks.BlackBody(4500.0)}),
+    (kc.disks.Texture.read, "mirror", {"path": "no.png"}),
+    (kc.disks.Spots, "retrograde", {"radius": 8.0, "azimuth": 0.1, "temperature": 4000.0, "size": 0.1}),
+    (kc.skies.Panorama, "mirror", {"light": LIGHT}),
+    (kc.skies.Panorama.read, "mirror", {"path": "no.png"}),
+]
+
+
+def flag_names(function):
+    return [name for name, one in inspect.signature(function).parameters.items() if one.annotation is bool]
+
+
+def test_arguments_that_are_true_or_false_are_not_taken_for_their_truth():
+    """Of all public functions, and of classes: as users have them, without checks of types."""
+    jaxtyping.config.update("jaxtyping_disable", True)
+    functions = {name: one for name, one in PUBLIC.items() if inspect.isfunction(one) and flag_names(one)}
+    assert set(functions) == set(FLAGS)
+    calls = [(function, name, given) for function, given in FLAGS.values() for name in flag_names(function)]
+    for function, name, given in calls + FIELDS:
+        for value in ("no", 2, [True, 1.5]):
+            with pytest.raises(ValueError, match=rf"^Argument `{name}` must (be|hold) True or False, but is "):
+                function(**given, **{name: value})
+    assert kc.isco(0.9, prograde=np.bool_(False)) == kc.isco(0.9, prograde=False)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: kc.magnification(None, (1.4, 0.3), 0.1),
+        lambda: kc.magnification(CAMERA, (6.0, 0.3), 0.1, end=kc.EquatorialPlane(1)),
+        lambda: kc.amplification(None, (1.4, 0.3), [1.0]),
+        lambda: kc.diffraction_pattern(None, ((1.5, 1.6), (3.1, 3.2)), 5.0),
+    ],
+    ids=["magnification", "magnification in the plane", "amplification", "diffraction_pattern"],
+)
+def test_a_viewer_is_called_as_the_function_calls_it(call):
+    with pytest.raises(ValueError, match=r"^Argument `viewer` must "):
+        call()
+
+
+def test_whole_numbers_that_no_memory_holds_are_refused():
+    for number in (2**31, 2**63, 10**400):
+        with pytest.raises(ValueError, match=r"^Argument `n` must be a whole number from 1 to 1000000, but is "):
+            kc.shadow_edge(CAMERA, number)
+
+
+PLACE, NEAR = (0.9, 10.0, 1.2), np.ones((4, 3))
+MISFITS = [
+    ("sky", lambda: kc.functional.direction([0.1, 0.2], 10.0, 1.2, np.ones((3, 3)))),
+    ("radius", lambda: kc.functional.travel_time([0.1, 0.2], [10.0, 9.0, 8.0], 1.2, np.ones(3))),
+    ("near", lambda: kc.functional.images(*PLACE, np.ones((2, 2)), np.ones((3, 4, 3)), np.zeros((3, 4), int))),
+    ("index", lambda: kc.functional.images(*PLACE, (1.4, 0.3), NEAR, [0, 1, 2])),
+    ("near", lambda: kc.functional.event_time(*PLACE, np.ones((2, 2, 2)), np.ones((3, 3)))),
+    ("size", lambda: kc.functional.magnification(*PLACE, np.ones((2, 2)), [0.1] * 3, NEAR, [0, 0, 0, 0], NEAR)),
+    ("velocity", lambda: kc.functional.direction(*PLACE, np.ones(3), velocity=np.array([0.1, 2.0, 0.1]))),
+    ("velocity", lambda: kc.functional.direction(*PLACE, np.ones(3), velocity="round")),
+]
+
+
+@pytest.mark.parametrize(("name", "call"), MISFITS, ids=[f"{name}-{i}" for i, (name, _) in enumerate(MISFITS)])
+def test_arguments_of_functional_that_do_not_fit_are_named(name, call):
+    with pytest.raises(ValueError, match=rf"^Argument `{name}` must "):
+        call()
 
 
 @pytest.mark.parametrize(("call", "words"), BAD, ids=[words[:60] for _, words in BAD])

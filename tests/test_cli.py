@@ -211,6 +211,18 @@ def test_anything_else_is_exit_status_1_and_one_line(capsys, monkeypatch):
     assert status == 1 and err.count("\n") == 1 and "RuntimeError: the sky is falling" in err
 
 
+@pytest.mark.slow
+def test_names_of_files_need_not_be_text(tmp_path):
+    """Bytes that are no UTF-8 are shown as escapes, and the files are written."""
+    name = os.fsdecode(b"caf\xe9")
+    command = [sys.executable, "-m", "kerrcaustics", "caustics", "--spin", "0.5", "--radius", "6", "--orders", "1"]
+    command += ["--json", f"{name}.json", "--save", f"{name}.npz"]
+    ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)
+    assert ran.returncode == 0, ran.stderr
+    assert "caf\\udce9.npz" in ran.stdout
+    assert {file.suffix for file in tmp_path.iterdir()} == {".json", ".npz"}
+
+
 def test_interrupt_leaves_no_file(tmp_path):
     target = tmp_path / "out.json"
     command = [*COMMAND, "caustics", "--spin", "0.999", "--radius", "2.6", "--orders", "1", "--json", str(target)]

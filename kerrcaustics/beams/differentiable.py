@@ -52,7 +52,7 @@ class Moving(NamedTuple):
 
 def motion_of(velocity: Velocity) -> Moving:
     """The motion that a velocity of `Camera` stands for."""
-    if velocity in ("circular", "static"):
+    if isinstance(velocity, str) and velocity in ("circular", "static"):
         return Moving(0.0, _AXES, 1.0, float(velocity == "circular"))
     # Any place will do.
     frame = Camera(0.0, 10.0, velocity=velocity).frame()

@@ -30,7 +30,7 @@ from kerrcaustics.beams.path_beams import PathBeams, beams_along
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
-from kerrcaustics.spacetime.checks import apart, quoted, real_array, real_number, whole_number
+from kerrcaustics.spacetime.checks import apart, flags, quoted, real_array, real_number, whole_number
 from kerrcaustics.spacetime.frame import Frame, Photon
 from kerrcaustics.spacetime.polar import mino_time_to_plane
 from kerrcaustics.spacetime.settings import own_settings
@@ -190,6 +190,7 @@ def ray_paths(
     100.0
     """
     check_viewer(camera)
+    flags(beams=beams)
     paths = paths_of_directions(camera, camera.directions(sky), n, end=end, start=start, beams=beams)
     if paths.beams is None:
         return paths

@@ -19,7 +19,7 @@ from kerrcaustics.beams.ends import End, Wherever, end_of
 from kerrcaustics.beams.engine import Engine, engine_named, in_words
 from kerrcaustics.beams.ray_end import RayEnd, Wanted
 from kerrcaustics.results.declared import usual_warnings
-from kerrcaustics.spacetime.checks import quoted, real_number
+from kerrcaustics.spacetime.checks import flags, quoted, real_number
 from kerrcaustics.spacetime.frame import doppler, photon_of, redshift as sky_redshift
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
@@ -103,6 +103,7 @@ def trace_rays(
     >>> rays.escaped.tolist(), bool(rays.error[0] < 1e-9)
     ([True, True], True)
     """
+    flags(time=time, redshift=redshift, constants=constants, emission=emission)
     check_viewer(camera)
     extra = {"redshift": redshift, "constants": constants, "emission": emission}
     return rays_of_directions(camera, camera.directions(sky), engine, tolerance, end=end, time=time, **extra)
@@ -159,6 +160,7 @@ def trace_beams(
     >>> beams.index.tolist(), beams.jacobian.shape
     ([1], (1, 2, 2))
     """
+    flags(time=time, index=index, crossings=crossings, redshift=redshift, constants=constants, emission=emission)
     check_viewer(camera)
     wanted = {"time": time, "index": index, "crossings": crossings}
     extra = {"redshift": redshift, "constants": constants, "emission": emission}

@@ -39,6 +39,9 @@ def with_examples(*lines: str) -> dict[str, Any]:
 
 def main() -> None:
     """Run the command line and exit: 0 done, 2 bad input (one line on standard error), 1 anything else."""
+    for stream in (sys.stdout, sys.stderr):
+        # Names of files need not be text in the terminal's encoding.
+        stream.reconfigure(errors="backslashreplace")  # pyright: ignore[reportAttributeAccessIssue]
     # If its folder cannot be written to, it takes another one, and need not say so.
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
     try:

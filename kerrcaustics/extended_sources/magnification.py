@@ -19,7 +19,7 @@ from kerrcaustics.lens_map.domains import search_surface
 from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import quoted, real_number
+from kerrcaustics.spacetime.checks import argument_named, quoted, real_number
 from kerrcaustics.spacetime.frame import redshift
 from kerrcaustics.spacetime.observer import Observer
 from kerrcaustics.spacetime.sphere import lengths
@@ -107,6 +107,7 @@ class Magnification(Shown):
 
 
 @usual_warnings
+@argument_named("camera", "viewer")
 @with_progress
 def magnification(
     viewer: Viewer,

@@ -29,6 +29,7 @@ from kerrcaustics.functional.image_roots import Near, root
 from kerrcaustics.functional.local_map import Vector, determinant, jacobian, smooth, tangents, unit
 from kerrcaustics.functional.traced_arguments import (
     check_axis,
+    check_shapes,
     direction_of,
     flattened,
     parity_sign,
@@ -152,6 +153,7 @@ def magnification(
             raise ValueError("Argument `size` must lie between 0 and 1 radian.")
         for name, value in (("near", near), ("folds", folds)):
             check_axis(name, value, 3, "(..., number, 3)", axes=2)
+        check_shapes(*place, star=star.shape[:-1], size=size.shape, near=near.shape[:-2], folds=folds.shape[:-2])
         return _magnification(place, star, size, near, parity_sign(index, near.shape[:-1]), folds, motion)
 
 

@@ -12,6 +12,7 @@ from kerrcaustics.functional.fold_patch import Patch, fold_where, patch_of, smoo
 from kerrcaustics.functional.local_map import Vector, determinant, smooth, tangents, unit
 from kerrcaustics.functional.traced_arguments import (
     check_axis,
+    check_shapes,
     direction_of,
     flattened,
     wide,
@@ -65,6 +66,7 @@ def event_time(
         place, path, near = wide_place(spin, radius, inclination), wide("path", path), wide("near", near)
         check_axis("path", path, 2, "(..., terms, 2)", axes=2)
         check_axis("near", near, 3, "(..., 3)")
+        check_shapes(*place, path=path.shape[:-2], near=near.shape[:-1])
         return _event_time(place, path, near, motion)
 
 

@@ -20,6 +20,7 @@ from kerrcaustics.functional.local_map import (
 )
 from kerrcaustics.functional.traced_arguments import (
     check_axis,
+    check_shapes,
     direction_of,
     parity_sign,
     wide,
@@ -226,6 +227,7 @@ def images(
         place, star, near = wide_place(spin, radius, inclination), wide("star", star), wide("near", near)
         check_axis("star", star, 2, "(..., 2)")
         check_axis("near", near, 3, "(..., number, 3)", axes=2)
+        check_shapes(*place, star=star.shape[:-1], near=near.shape[:-2])
         return _images(place, star, near, parity_sign(index, near.shape[:-1]), motion)
 
 

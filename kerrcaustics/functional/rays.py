@@ -7,7 +7,7 @@ import jax
 from jaxtyping import Array, Float
 
 from kerrcaustics.beams.differentiable import Moving, differentiable, end, float64, motion_of
-from kerrcaustics.functional.traced_arguments import check_axis, wide, wide_place, with_place
+from kerrcaustics.functional.traced_arguments import check_axis, check_shapes, wide, wide_place, with_place
 from kerrcaustics.spacetime.camera import Velocity
 
 
@@ -53,6 +53,7 @@ def _traced(spin: Any, radius: Any, inclination: Any, sky: Any, velocity: Veloci
     with float64():
         place, sky = wide_place(spin, radius, inclination), wide("sky", sky)
         check_axis("sky", sky, 3, "(..., 3)")
+        check_shapes(*place, sky=sky.shape[:-1])
         return _ends(*place, sky, motion, timed)
 
 

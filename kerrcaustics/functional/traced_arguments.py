@@ -15,6 +15,7 @@ from kerrcaustics.spacetime.viewer import LARGEST_RADIUS
 
 def _check_place(spin: Array, radius: Array, inclination: Array) -> None:
     """Raise ValueError for a place that no camera can have; traced arguments are not checked."""
+    check_shapes(spin, radius, inclination)
     if not isinstance(spin, Tracer):
         if not ((spin >= 0) & (spin < 1)).all():
             raise ValueError("Argument `spin` must lie in [0, 1).")
@@ -47,6 +48,18 @@ def check_axis(name: str, value: Array, count: int, shape: str, axes: int = 1) -
         raise ValueError(f"Argument `{name}` must have the shape {shape}, but has {value.shape}.")
 
 
+def check_shapes(spin: Array, radius: Array, inclination: Array, **others: tuple[int, ...]) -> None:
+    """Raise ValueError unless the shapes of arguments fit together; others: shapes, without axes of their own."""
+    shape: tuple[int, ...] = ()
+    for name, own in {"spin": spin.shape, "radius": radius.shape, "inclination": inclination.shape, **others}.items():
+        try:
+            shape = jnp.broadcast_shapes(shape, own)
+        except ValueError:
+            raise ValueError(
+                f"Argument `{name}` must have a shape that fits the {shape} of those before it, but has {own}."
+            ) from None
+
+
 def flattened(value: Array, shape: tuple[int, ...], inner: int) -> Array:
     """An array over leading axes of this shape, which become one; `inner` axes stay."""
     own = value.shape[value.ndim - inner :]
@@ -75,4 +88,8 @@ def parity_sign(index: Any, shape: tuple[int, ...]) -> Array:
     number, _ = np.asarray(index), real_array("index", index)
     if not np.issubdtype(number.dtype, np.integer) or (number < 0).any():
         raise ValueError("Argument `index` must hold whole numbers of at least 0.")
+    try:
+        np.broadcast_shapes(number.shape, shape)
+    except ValueError:
+        raise ValueError(f"Argument `index` must have a shape that fits {shape}, but has {number.shape}.") from None
     return jnp.broadcast_to(1 - 2 * wide("index", number % 2), shape)

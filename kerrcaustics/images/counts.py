@@ -17,7 +17,7 @@ from kerrcaustics.results.declared import Shown, derived, quantity, result, usua
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.results.storage import as_json, from_json
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import numbers, whole_number
+from kerrcaustics.spacetime.checks import flags, numbers, whole_number
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
@@ -230,6 +230,7 @@ def image_counts(
     [2, 2]
     """
     check_viewer(camera)
+    flags(find=find)
     surface, highest = search_surface(camera, end), checked_index(max_index)
     places = surface.checked("stars", stars, camera)
     of = certificate_of(surface, camera, highest).counted(places, find=find)

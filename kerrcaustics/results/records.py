@@ -39,6 +39,8 @@ def record(result: Any, *, camera: Any = None, points: bool = False) -> dict[str
     90.0
     """
     check_result(result)
+    if not isinstance(points, bool | np.bool_):
+        raise ValueError(f"Argument `points` must be True or False, but is {' '.join(f'{points!r:.80}'.split())}.")
     if camera is not None and type(camera).__name__ not in ("Camera", "Observer"):
         raise ValueError(f"Argument `camera` must be a Camera or an Observer, but is {type(camera).__name__}.")
     place = {} if camera is None else _entries(camera, False)

@@ -39,6 +39,8 @@ _STEADY = 1e-5
 # Orbits next to the hole are followed for so long in two minutes.
 _LONGEST_FALL = 1e5
 _MOST_DEFINITIONS = 1000
+# Characters; it takes a second to read as many.
+_LONGEST_DEFINITIONS = 100_000
 CameraMotion = Staying | Splined | Formulated | Geodesic | Circling
 """The places of a camera from a first to a last time, which may be infinite."""
 
@@ -135,6 +137,9 @@ def _definitions(contents: Contents) -> dict[str, Formula]:
     for name in contents.definitions:
         if not name.isidentifier() or name in RESERVED or name in PLACE_NAMES:
             reject("definitions", "have names that are not taken, of letters, digits and _", repr(name))
+    size = sum(len(text) for text in contents.definitions.values() if isinstance(text, str))
+    if size > _LONGEST_DEFINITIONS:
+        reject("definitions", f"be at most {_LONGEST_DEFINITIONS} characters long in all", size)
     formulas = {name: formula(f"definitions.{name}", text) for name, text in contents.definitions.items()}
     check_names((), formulas, PLACE_NAMES)
     return formulas

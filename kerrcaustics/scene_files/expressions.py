@@ -4,7 +4,9 @@ import ast
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from functools import partial
 from graphlib import CycleError, TopologicalSorter
+from operator import methodcaller
 from typing import NamedTuple
 
 from kerrcaustics.choices import near
@@ -16,7 +18,7 @@ _ALLOWED = (
     "sin cos tan atan exp log sqrt abs min max radians degrees, pi, and names of the table definitions"
 )
 CONSTANTS = {"pi": math.pi}
-_Parsed = tuple[tuple[str, ...], Callable[["Moment"], "Dual"]]
+_Value = Callable[["Moment"], "Dual"]
 
 
 class Dual(NamedTuple):
@@ -69,7 +71,7 @@ class Formula:
     entry: str
     text: str
     names: frozenset[str]
-    value: "Callable[[Moment], Dual]" = field(compare=False, repr=False)
+    value: _Value = field(compare=False, repr=False)
 
 
 def formula(entry: str, text: float | str) -> Formula:
@@ -79,40 +81,54 @@ def formula(entry: str, text: float | str) -> Formula:
     if len(text) > _LONGEST:
         raise SceneError(f"{entry} must be at most {_LONGEST} characters long, but has {len(text)}.")
     try:
-        names, value = _parsed(ast.parse(text.strip(), mode="eval").body)
+        tree = ast.parse(text.strip(), mode="eval").body
+        value = _parsed(tree)
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
         reason = str(error) if type(error) is ValueError else "cannot be read"
         excerpt = text if len(text) < 80 else f"{text[:77]}..."
         raise SceneError(f"{entry} must be made of {_ALLOWED}, but {excerpt!r}: {' '.join(reason.split())}.") from None
-    return Formula(entry, text, frozenset(names), value)
+    names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    return Formula(entry, text, frozenset(names - (RESERVED - {"t"})), value)
 
 
-def _parsed(tree: ast.expr) -> _Parsed:
-    """Names in an expression that are neither functions nor constants, and its value at a moment.
-
-    Raises ValueError for all that is not of the language.
-    """
+def _parsed(tree: ast.expr) -> _Value:
+    """The value of an expression at a moment; raises ValueError for all that is not of the language."""
+    # Few objects for each part: Python looks through all of them again and again while a file is read.
     match tree:
         case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
-            return (), lambda _: Dual(float(number), 0.0)
+            return partial(_constant, Dual(float(number), 0.0))
         case ast.Name(id=name) if name in _FUNCTIONS or name in _EXTREMES:
             raise ValueError(f"{name} is a function")
         case ast.Name(id=name):
-            return () if name in CONSTANTS else (name,), lambda moment: moment.named(name)
+            return methodcaller("named", name)
         case ast.UnaryOp(op=sign, operand=part) if type(sign) in _SIGNS:
-            names, value = _parsed(part)
-            return names, lambda moment: _SIGNS[type(sign)](value(moment))
+            return partial(_applied, _SIGNS[type(sign)], _parsed(part))
         case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
-            (names, first), (more_names, second) = _parsed(left), _parsed(right)
-            return (*names, *more_names), lambda moment: _OPERATORS[type(op)](first(moment), second(moment))
-        case ast.Call(func=ast.Name(id=name), args=parts, keywords=[]) if name in _FUNCTIONS or name in _EXTREMES:
-            if (len(parts) != 1) if name in _FUNCTIONS else (len(parts) < 2):
-                raise ValueError(f"{name} takes {'one number' if name in _FUNCTIONS else 'two numbers or more'}")
-            function, parsed = _FUNCTIONS.get(name) or _EXTREMES[name], [_parsed(part) for part in parts]
-            names = tuple(name for names, _ in parsed for name in names)
-            return names, lambda moment: function(*[value(moment) for _, value in parsed])
+            return partial(_joined, _OPERATORS[type(op)], _parsed(left), _parsed(right))
+        case ast.Call(func=ast.Name(id=name), args=[part], keywords=[]) if name in _FUNCTIONS:
+            return partial(_applied, _FUNCTIONS[name], _parsed(part))
+        case ast.Call(func=ast.Name(id=name), args=[_, _, *_] as parts, keywords=[]) if name in _EXTREMES:
+            return partial(_extreme, _EXTREMES[name], [_parsed(part) for part in parts])
+        case ast.Call(func=ast.Name(id=name), keywords=[]) if name in _FUNCTIONS or name in _EXTREMES:
+            raise ValueError(f"{name} takes {'one number' if name in _FUNCTIONS else 'two numbers or more'}")
         case _:
             raise ValueError(f"{ast.unparse(tree)[:40]!r} is none of these")
+
+
+def _constant(value: Dual, _: "Moment") -> Dual:
+    return value
+
+
+def _applied(function: Callable[[Dual], Dual], part: _Value, moment: "Moment") -> Dual:
+    return function(part(moment))
+
+
+def _joined(function: Callable[[Dual, Dual], Dual], first: _Value, second: _Value, moment: "Moment") -> Dual:
+    return function(first(moment), second(moment))
+
+
+def _extreme(function: Callable[..., Dual], parts: list[_Value], moment: "Moment") -> Dual:
+    return function(*[part(moment) for part in parts])
 
 
 class Moment:
@@ -141,15 +157,15 @@ class Moment:
     def named(self, name: str) -> Dual:
         """Value and derivative of a name; the names that it depends on come first."""
         # A list, as Python does not go down as deep as names may depend on each other.
-        waiting = [name]
+        waiting = [] if name in self._values else [name]
         while waiting:
             last = waiting[-1]
-            missing = [] if last in self._values else [n for n in self._formulas[last].names if n not in self._values]
-            waiting += missing
-            if not missing:
-                waiting.pop()
-                if last not in self._values:
-                    self._values[last] = self.of(self._formulas[last])
+            # One at a time: the others may need it too, and thousands would wait several times each.
+            missing = next((n for n in self._formulas[last].names if n not in self._values), None)
+            if missing is not None:
+                waiting.append(missing)
+            else:
+                self._values[waiting.pop()] = self.of(self._formulas[last])
         return self._values[name]
 
 

@@ -274,6 +274,8 @@ def _check_caption(caption: str, names: set[str]) -> None:
     """Raise ValueError for anything in braces but names with a simple format."""
     if len(caption) > _LONGEST_CAPTION:
         reject("overlays.caption", f"be at most {_LONGEST_CAPTION} characters long", f"{len(caption)} long")
+    if control := next((letter for letter in caption if not (letter.isprintable() or letter == "\n")), None):
+        reject("overlays.caption", "be printable, in one line or several", f"{quoted(caption)}, with {quoted(control)}")
     for part in _IN_BRACES.finditer(caption):
         blank = _BLANK.fullmatch(part[0])
         if blank is None:

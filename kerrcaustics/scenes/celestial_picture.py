@@ -10,7 +10,7 @@ from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.points import PointLights, drawn
 from kerrcaustics.scenes.sky_light import Sky, check_sky
 from kerrcaustics.scenes.view import View
-from kerrcaustics.spacetime.checks import whole_number
+from kerrcaustics.spacetime.checks import flags, whole_number
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle
 
 Array = np.ndarray
@@ -42,6 +42,7 @@ def celestial_picture(sky: Sky, height: int, *, mirror: bool = False) -> Float[A
     (90, 180, 3)
     """
     check_sky(sky, needed=True)
+    flags(mirror=mirror)
     height = whole_number("height", height, 2, 8192)
     pixel = math.pi / height
     theta = (np.arange(height) + 0.5)[:, None] * pixel

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.scenes.light_files import read_picture
 from kerrcaustics.scenes.scene_checks import check_light, check_number, positive
-from kerrcaustics.spacetime.checks import numbers, whole_number
+from kerrcaustics.spacetime.checks import flags, numbers, whole_number
 
 Array = np.ndarray
 
@@ -67,6 +67,7 @@ def with_glare(
     2.808
     """
     picture = _numbers("light", light)
+    flags(framed=framed)
     if picture.ndim != 3 or picture.shape[2] != 3:
         raise ValueError(f"Argument `light` must have shape (h, w, 3), but has {picture.shape}.")
     shape = _point(spread)

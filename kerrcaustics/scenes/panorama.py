@@ -18,7 +18,7 @@ from kerrcaustics.scenes.footprint import ASPECT, Footprint, averaged
 from kerrcaustics.scenes.light_files import rows_of, size_of
 from kerrcaustics.scenes.scene_checks import check_brightness, check_light, check_light_of_file, check_number, not_light
 from kerrcaustics.scenes.sphere_pyramid import SphereRows, looked_up, pyramid
-from kerrcaustics.spacetime.checks import quoted, real_array
+from kerrcaustics.spacetime.checks import flags, quoted, real_array
 from kerrcaustics.spacetime.sphere import from_angles
 
 Array = np.ndarray
@@ -79,6 +79,7 @@ class Panorama:
         spectrum: ArrayLike | None = None,
     ) -> None:
         """Smooth the picture at every level; see the class."""
+        flags(mirror=mirror)
         picture = real_array("light", light, np.float32)
         if picture.ndim != 3 or picture.shape[1:] != (2 * picture.shape[0], 3):
             raise ValueError(f"Argument `light` must have shape (h, 2 h, 3), but has {picture.shape}.")
@@ -126,6 +127,7 @@ class Panorama:
         for `render`.
         """
         check_brightness(brightness)
+        flags(mirror=mirror)
         chart = mirror != plate_carree.is_fits(path)
         rows, blocks = _fits_rows(path) if plate_carree.is_fits(path) else _picture_rows(path)
         panorama, turn = cls.__new__(cls), oriented(orientation, chart)
@@ -211,6 +213,7 @@ def save_sky(path: str | os.PathLike[str], light: ArrayLike, *, mirror: bool = F
     >>> kc.skies.Panorama.read("sky.fits").rows
     32
     """
+    flags(mirror=mirror)
     picture = real_array("light", light, np.float32)
     if picture.ndim != 3 or picture.shape[1:] != (2 * picture.shape[0], 3):
         raise ValueError(f"Argument `light` must have shape (h, 2 h, 3), but has {picture.shape}.")

@@ -3,13 +3,13 @@
 import math
 from functools import cached_property
 from time import perf_counter as clock
-from typing import Any, cast, get_args
+from typing import Any, get_args
 
 import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.beams.ends import Spherical
-from kerrcaustics.choices import Quality, ShutterShape
+from kerrcaustics.choices import ShutterShape
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.results.stages import stage, with_stages
@@ -20,18 +20,15 @@ from kerrcaustics.scenes.disk.veil import Glowing, check_volume, veil_over
 from kerrcaustics.scenes.motion import Exposure, ShutterMotion, ShutterWeight
 from kerrcaustics.scenes.motion_blur import Matter, blurred_matter, blurred_sky
 from kerrcaustics.scenes.raster import Raster, check_picture
-from kerrcaustics.scenes.scene_checks import check_uses, checked_moment
+from kerrcaustics.scenes.scene_checks import check_uses, checked_moment, map_error
 from kerrcaustics.scenes.seen_sky import seen_sky, sky_end
 from kerrcaustics.scenes.sky_cells import SkyCells
 from kerrcaustics.scenes.sky_light import Parts, Shifts, Sky, check_sky, sky_light
 from kerrcaustics.scenes.star_search import StarSearch
-from kerrcaustics.spacetime.checks import instance_of, one_of
+from kerrcaustics.spacetime.checks import flags, instance_of, one_of
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
-
-QUALITIES: dict[Quality, float] = dict(zip(get_args(Quality), (0.05, 0.01, 0.0025), strict=True))
-"""Largest errors of maps of the sky, in pixels, where they are checked."""
 
 _VISIBLE = "part of each pixel that is not in the shadow; None without a sky"
 _ERROR = "largest error of the map of the sky, in pixels; NaN without a sky"
@@ -116,6 +113,7 @@ class TracedView(Shown):
         (radians) by which the sky turns about the spin axis while the picture is exposed, half of it on either side;
         turn_weight: of the moments meanwhile, as `weight` of `ShutterMotion`.
         """
+        flags(beaming=beaming, colour_shift=colour_shift, delay=delay)
         began, disk = clock(), disk_about(disk, self.camera)
         check_uses(disk is not None or volume is not None, delay)
         shape = self.view.height, self.view.width
@@ -266,13 +264,14 @@ def render(
     matter = disk, volume = disk_about(disk, camera), volume
     check_picture(camera, view)
     check_sky(sky)
+    flags(beaming=beaming, colour_shift=colour_shift, delay=delay)
     check_uses(matter != (None, None), delay, sky is not None, sky_radius)
     if motion is not None:
         instance_of("motion", motion, ShutterMotion)
     exposure = Exposure.of(motion, camera, view, checked_moment(time), quality)
     if not exposure.one_map(matter):
         ends = [sky_end(one.camera, sky_radius, _rim(disk)) for one in exposure.moments]
-        return _blurred(exposure, sky, matter, Shifts(beaming, colour_shift), delay, _close(quality), ends[1])
+        return _blurred(exposure, sky, matter, Shifts(beaming, colour_shift), delay, map_error(quality), ends[1])
     check_volume(volume, camera)
     options = {"disk": disk, "delay": delay and disk is not None, "quality": quality, "sky_radius": sky_radius}
     traced = trace_view(camera, view, sky=sky is not None, **options)
@@ -329,10 +328,11 @@ def trace_view(
     >>> traced.show(kc.skies.Checkerboard()).light.shape
     (36, 64, 3)
     """
+    flags(sky=sky, delay=delay)
     began, disk = clock(), disk_about(disk, camera)
     check_picture(camera, view)
     check_uses(disk is not None, delay, sky, sky_radius)
-    close, end = _close(quality), sky_end(camera, sky_radius, _rim(disk))
+    close, end = map_error(quality), sky_end(camera, sky_radius, _rim(disk))
     shape = view.height, view.width
     hidden, about, plane = np.zeros(shape, bool), None, DiskCrossings((), ())
     if disk is not None:
@@ -374,12 +374,6 @@ def _blurred(
     counts = visible.supersampled, sum(beams) + visible.beams, clock() - began, beams
     more = transmission, visible.error
     return Rendering(camera, view, light, visible.visible_fraction, *counts, *more, sky_radius=end.radius)
-
-
-def _close(quality: str) -> float:
-    """Largest error of patches, in pixels."""
-    one_of("quality", quality, QUALITIES)
-    return QUALITIES[cast("Quality", quality)]
 
 
 def _check_disk(disk: Disk, camera: Viewer) -> None:

@@ -13,7 +13,7 @@ from kerrcaustics.scenes.raster import Raster, check_picture
 from kerrcaustics.scenes.render import Sky, render
 from kerrcaustics.scenes.scene_checks import check_number
 from kerrcaustics.scenes.sky_light import check_sky
-from kerrcaustics.spacetime.checks import instance_of
+from kerrcaustics.spacetime.checks import flags, instance_of
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -107,6 +107,7 @@ def render_volume(
     began = clock()
     check_picture(camera, view)
     check_sky(sky)
+    flags(beaming=beaming, colour_shift=colour_shift)
     way = _checked(camera, volume, beaming, colour_shift, step)
     veil = veil_of(way, view)
     error, shape = step_error(way, view, veil), (view.height, view.width)

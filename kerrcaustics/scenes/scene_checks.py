@@ -3,12 +3,15 @@
 import math
 import os
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast, get_args
 
 import numpy as np
 
+from kerrcaustics.choices import Quality
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import apart, left_out, quoted, real_number
+from kerrcaustics.spacetime.checks import apart, left_out, one_of, quoted, real_number
+
+_MAP_ERRORS: dict[Quality, float] = dict(zip(get_args(Quality), (0.05, 0.01, 0.0025), strict=True))
 
 
 def check_number(name: str, value: Any, must: str, valid: Callable[[float], bool] = math.isfinite) -> float:
@@ -32,6 +35,12 @@ def not_negative(number: float) -> bool:
 def not_light(values: np.ndarray) -> int:
     """The count of values that cannot be light: those that are negative or not finite."""
     return int(np.count_nonzero(~((values >= 0) & (values < math.inf))))
+
+
+def map_error(quality: str) -> float:
+    """The largest error of the map of the sky, in pixels, where it is checked."""
+    one_of("quality", quality, _MAP_ERRORS)
+    return _MAP_ERRORS[cast("Quality", quality)]
 
 
 def checked_moment(time: Any) -> float:

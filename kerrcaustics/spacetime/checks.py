@@ -2,7 +2,8 @@
 
 import math
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from numbers import Real
 from typing import Any
 
@@ -70,6 +71,24 @@ def instance_of(name: str, value: Any, kind: type) -> None:
     """Raise ValueError unless the argument `name` is an object of a class."""
     if not isinstance(value, kind):
         raise ValueError(f"Argument `{name}` must be a {kind.__name__}, but is {type(value).__name__}.")
+
+
+def flags(**values: Any) -> None:
+    """Raise ValueError unless each argument is True or False: "no" and 2 would count as true."""
+    for name, value in values.items():
+        if not isinstance(value, bool | np.bool_):
+            raise ValueError(f"Argument `{name}` must be True or False, but is {quoted(value)}.")
+
+
+@contextmanager
+def argument_named(own: str, name: str) -> Iterator[None]:
+    """Turn errors about the argument `own` into errors about `name`, as the caller calls it. As a decorator too."""
+    try:
+        yield
+    except ValueError as error:
+        if f"`{own}`" not in str(error):
+            raise
+        raise ValueError(str(error).replace(f"`{own}`", f"`{name}`")) from None
 
 
 def real_array(name: str, value: Any, kind: type = float) -> np.ndarray:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.spacetime.arrays import HostReals
-from kerrcaustics.spacetime.checks import quoted, real_array, real_number
+from kerrcaustics.spacetime.checks import flags, quoted, real_array, real_number
 from kerrcaustics.spacetime.cubic import largest_root
 
 
@@ -104,6 +104,7 @@ def isco(spin: ArrayLike, prograde: bool = True) -> float | HostReals:
     >>> kc.isco(0.0), kc.isco(0.0, prograde=False)
     (6.0, 6.0)
     """
+    flags(prograde=prograde)
     if np.ndim(spin):
         spins = real_array("spin", spin)
         return np.array([_isco(a, prograde) for a in spins.ravel().tolist()]).reshape(spins.shape)

@@ -13,6 +13,7 @@ from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.frame import sky_from_fido
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
+_MOST_POINTS = 1_000_000
 # Steps of the table of edge phases; it is resolved when its longest step is so many times the mean one; rounds after
 # which it is taken as it is.
 _TABLE, _LONGEST, _ROUNDS = 1024, 1.5, 30
@@ -49,7 +50,7 @@ def shadow_edge(camera: Viewer, n: int = 360) -> np.ndarray:
     (100, 3)
     """
     check_viewer(camera)
-    n = whole_number("n", n, 1)
+    n = whole_number("n", n, 1, _MOST_POINTS)
     return _edge_places(camera, even_phases(camera, np.arange(n) / n))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.results.declared import Shown, quantity, result
 from kerrcaustics.results.progress import Progress, report, with_progress
-from kerrcaustics.spacetime.checks import instance_of
+from kerrcaustics.spacetime.checks import flags, instance_of
 from kerrcaustics.sweeps.quantities import computed
 from kerrcaustics.sweeps.scene import AXES, Scene, checked
 from kerrcaustics.sweeps.store import DAMAGED, KEPT, Block, Store, opened_again, store_at
@@ -89,6 +89,7 @@ def sweep(
     >>> kc.sweep(kc.read_scene("scene.toml"), "scene.zarr")  # doctest: +SKIP
     """
     instance_of("scene", scene, Scene)
+    flags(retry=retry)
     check_place(workers, scheduler)
     began = time.perf_counter()
     checked(scene, "that is given")

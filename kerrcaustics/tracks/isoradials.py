@@ -22,7 +22,7 @@ from kerrcaustics.lens_map.search_sky import TOLERANCE, search_camera
 from kerrcaustics.results.declared import Items, Shown, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import numbers, one_of, quoted, whole_number
+from kerrcaustics.spacetime.checks import flags, numbers, one_of, quoted, whole_number
 from kerrcaustics.spacetime.frame import photon_of
 from kerrcaustics.spacetime.shadow import even_phases
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
@@ -144,6 +144,7 @@ def isoradials(
     circles = check_circles(camera, "radii", radii)
     crossings = whole_number("crossings", crossings, 1, 12)
     one_of("motion", motion, EMITTERS)
+    flags(time=time)
     count = whole_number("points", points, 8, 100_000)
     # No line lies in the plane, where a viewer does: along it no ray crosses the plane.
     edge_phase = even_phases(camera, (np.arange(count) + 0.5 * camera.on_equator) / count)

@@ -16,7 +16,7 @@ from kerrcaustics.lens_map.domains import search_surface
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
-from kerrcaustics.spacetime.checks import numbers, one_of, quoted, whole_number
+from kerrcaustics.spacetime.checks import argument_named, numbers, one_of, quoted, whole_number
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.waves.image_groups import wave_field
 from kerrcaustics.waves.wave_images import WaveImages, wave_images
@@ -74,6 +74,7 @@ class Amplification(FrequencyTable):
 
 
 @usual_warnings
+@argument_named("camera", "viewer")
 @with_progress
 def amplification(
     viewer: Viewer,

@@ -20,7 +20,7 @@ from kerrcaustics.images.images import star_images
 from kerrcaustics.images.sheets import HIGHEST_INDEX, Sheets
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
-from kerrcaustics.spacetime.checks import numbers, quoted, real_number, whole_number
+from kerrcaustics.spacetime.checks import argument_named, numbers, quoted, real_number, whole_number
 from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.waves.amplification import LARGEST_FREQUENCY, LEAST_FREQUENCY
@@ -76,6 +76,7 @@ class DiffractionPattern(Shown):
 
 
 @usual_warnings
+@argument_named("camera", "viewer")
 @with_progress
 def diffraction_pattern(
     viewer: Viewer,

@@ -10,7 +10,7 @@ from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
 from kerrcaustics.scenes.disk.texture import AlphaOpacity, Texture
 from kerrcaustics.scenes.scene_checks import check_above_horizon, check_brightness, check_number, check_rims, positive
-from kerrcaustics.spacetime.checks import one_of, quoted, real_array
+from kerrcaustics.spacetime.checks import flags, one_of, quoted, real_array
 from kerrcaustics.spacetime.kerr import isco
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -123,6 +123,8 @@ class Disk:
 
     def _complete(self) -> None:
         """Fill in opacity and slant."""
+        if self.slant is not None:
+            flags(slant=self.slant)
         opacity, slant = self.opacity, True if self.slant is None else self.slant
         if opacity is None:
             opacity = 1.0

@@ -12,7 +12,7 @@ from scipy.special import ndtr
 from kerrcaustics.scenes.colour import ResponseLike, check_response, seen_black_body
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.scene_checks import check_number, not_negative, positive
-from kerrcaustics.spacetime.checks import numbers, one_of
+from kerrcaustics.spacetime.checks import numbers, one_of, quoted
 
 Array = np.ndarray
 
@@ -108,6 +108,8 @@ class Spots:
         brightness = _each("brightness", self.brightness, len(radius))
         if not (np.isfinite(brightness) & (brightness >= 0)).all():
             raise ValueError("Argument `brightness` must hold finite numbers that are not negative.")
+        if np.asarray(self.retrograde).dtype != bool:
+            raise ValueError(f"Argument `retrograde` must hold True or False, but is {quoted(self.retrograde)}.")
         retrograde = _each("retrograde", self.retrograde, len(radius)) != 0
         order = np.argsort(radius, kind="stable")
         temperature = np.broadcast_to(temperature, radius.shape)

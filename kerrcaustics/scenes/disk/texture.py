@@ -13,7 +13,7 @@ from kerrcaustics.scenes.colour import shifted_light
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.light_files import read_picture_with_alpha, size_of
 from kerrcaustics.scenes.scene_checks import check_light
-from kerrcaustics.spacetime.checks import real_array
+from kerrcaustics.spacetime.checks import flags, real_array
 
 Array = np.ndarray
 
@@ -74,6 +74,7 @@ class Texture:
 
         Writing is readable from the south, with mirror from the north. PNG and OpenEXR files may have an alpha channel.
         """
+        flags(mirror=mirror)
         rows, columns = size_of(path)
         if max(rows, columns) > _LARGEST_PICTURE:
             raise ValueError(
