@@ -147,6 +147,8 @@ def test_orbits_of_files_are_those_of_their_numbers(tmp_path):
     path = tmp_path / "orbit.toml"
     path.write_text('kind = "geodesic"\nradius = 8\ntheta = 70.0\nvelocity = [-0.05, 0.1, 0.35]\n')
     assert read_orbit(path).words == kc.Orbit.geodesic(8.0, math.radians(70), velocity=(-0.05, 0.1, 0.35)).words
+    path.write_text('kind = "geodesic"\nradius = 8\nvelocity = "retrograde"\n')
+    assert read_orbit(path).words == kc.Orbit.geodesic(8.0, velocity="retrograde").words
     path.write_text('kind = "kepler"\nsemi_major_axis = 60\neccentricity = 0.5\nnode = 30\n')
     assert read_orbit(path).words == kc.Orbit.kepler(60.0, 0.5, node=math.radians(30)).words
 

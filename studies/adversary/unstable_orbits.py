@@ -28,6 +28,8 @@ HONEST = 1.0
 # Reported errors of this size say that nothing is known.
 UNKNOWN = 1.0
 _LATEST, _DIGITS = 2.7, 32
+# The horizon over the radius of what has fallen in.
+_AT_HORIZON = 0.9998
 
 
 class Claim(NamedTuple):
@@ -71,17 +73,19 @@ def _velocity(rng: np.random.Generator, spin: float, radius: float, theta: float
     return float(rng.choice([0, 1e-6, 1e-3]) * rng.normal()), v_theta, v_phi * (1 + beside)
 
 
-def fall_claim(release: Release, late: float) -> Claim | None:
-    """The place of a fall a time after its release against the truth; None where it ends before at the hole."""
+def fall_claim(release: Release, late: float) -> Claim:
+    """The place of a fall a time after its release against the truth."""
     orbit = kc.Orbit.geodesic(release.radius, release.theta, velocity=release.velocity)
     motion = orbit.about(release.spin, (min(late, 0.0), max(late, 0.0)))
     name = f"{orbit!r} about a = {release.spin!r} at t = {late!r}"
     error = float(motion.errors(np.array([late]))[0][0])
-    true = true_fall(release, late, _DIGITS)
-    if true is None or not motion.span[0] <= late <= motion.span[1]:
-        # What falls in only here, or only there, is off by its radius.
-        return Claim(float((true is None) != (not motion.span[0] <= late <= motion.span[1])), error, name)
-    places = motion.at(np.array([late]))
+    true, horizon = true_fall(release, late, _DIGITS), kerr.horizon(release.spin)
+    known = motion.span[0] <= late <= motion.span[1]
+    places = motion.at(np.clip([late], *motion.span))
+    if true is None or not known:
+        # The integration ends shortly before the horizon: so what falls in only here, or only there, is off.
+        fallen = (math.inf if true is None else horizon / float(true.radius)), horizon / places.radius[0]
+        return Claim(float(min(fallen) < _AT_HORIZON), error, name)
     radius, theta, phi = (float(part) for part in true)
     n = np.array([math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)])
     off = abs(places.radius[0] / radius - 1) + float(np.linalg.norm(places.vector[0] - n))
