@@ -20,7 +20,7 @@ from kerrcaustics.beams.integrator.equations import Constants, horizon_rapidity,
 from kerrcaustics.beams.integrator.nystroem import Path, Positions, Rates, nystroem_step
 from kerrcaustics.beams.spheres import SKY
 from kerrcaustics.beams.surface import Aim, End
-from kerrcaustics.spacetime import radial
+from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.arrays import Components, Reals
 from kerrcaustics.spacetime.camera import Camera, Velocity
 from kerrcaustics.spacetime.frame import Frame
@@ -170,13 +170,12 @@ def frame_of(spin: Any, radius: Any, inclination: Any, motion: Moving, *, on_scr
     """The viewer's frame, as `Camera.frame`, or on a screen `Observer.frame`, has it, for numbers that JAX traces."""
     a, r, s, c = spin, radius, jnp.sin(inclination), jnp.cos(inclination)
     sigma = r * r + (a * c) ** 2
-    outer = radial.horizon(a)
-    delta = (r - outer) * (r - a * a / outer)
+    delta = kerr.horizon_product(a, r)
     big = (r * r + a * a) ** 2 - a * a * delta * s * s
     lapse, shift, scale = jnp.sqrt(sigma * delta / big), 2 * a * r / big, jnp.sqrt(big / sigma)
-    orbital = motion.orbits / (a + r * jnp.sqrt(r))
     zoom = SCREEN / r if on_screen else 1.0
-    speed = motion.speed + motion.named * scale * s * (orbital - shift) / lapse
+    ahead = motion.orbits * _orbital(a, r, delta, big) + (1 - motion.orbits) * -shift
+    speed = motion.speed + motion.named * scale * s * ahead / lapse
     numbers: dict[str, Any] = dict(
         spin=a,
         radius=r,
@@ -194,6 +193,16 @@ def frame_of(spin: Any, radius: Any, inclination: Any, motion: Moving, *, on_scr
         start=0.0 if on_screen else r + 2 * jnp.log(r),
     )
     return Frame(**numbers)
+
+
+def _orbital(a: Any, r: Any, delta: Any, big: Any) -> Any:
+    """The angular velocity of the circular orbit, less that of the FIDO at a place where `big` is A of JTFT A.1.
+
+    That in the plane, which does not cancel, and its change up to there.
+    """
+    level = (r * r + a * a) ** 2 - a * a * delta
+    in_plane = kerr.circular_speed(a, r, delta) * jnp.sqrt(delta) * r * r / level
+    return in_plane + 2 * a * r * (big - level) / (big * level)
 
 
 def expansion(

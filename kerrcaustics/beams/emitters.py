@@ -23,14 +23,16 @@ class Motion(NamedTuple):
 
 def static(spin: float, radius: Reals, cosine: Reals) -> Motion:
     """Motion of matter at rest in Boyer-Lindquist coordinates, outside the ergosphere."""
-    return Motion(0.0, 1 - 2 * radius / (radius * radius + (spin * cosine) ** 2))
+    # Sigma - 2 r is Delta of the spin a cos(theta).
+    below = spin * cosine
+    return Motion(0.0, kerr.horizon_product(below, radius) / (radius * radius + below * below))
 
 
 def fiducial(spin: float, radius: Reals, cosine: Reals) -> Motion:
     """Motion of matter in the equatorial plane, at rest with respect to the FIDO (JTFT A.1: omega and alpha^2)."""
     a, r = spin, radius
     big = (r * r + a * a) * r * r + 2 * a * a * r
-    return Motion(2 * a * r / big, r * r * (r * r - 2 * r + a * a) / big)
+    return Motion(2 * a * r / big, r * r * kerr.horizon_product(a, r) / big)
 
 
 def circular(spin: float, radius: Reals, cosine: Reals) -> Motion:
@@ -61,14 +63,12 @@ def _falling(spin: float, radius: Reals, sense: int) -> Motion:
     a, r = sense * spin, np.asarray(radius)
     outside = _orbiting(spin, radius, sense)
     last = kerr.isco(spin, sense > 0)
-    root = math.sqrt(1 - 3 / last + 2 * a / last**1.5)
-    energy = (1 - 2 / last + a / last**1.5) / root
-    momentum = math.sqrt(last) * (1 - 2 * a / last**1.5 + a * a / last**2) / root
+    energy, momentum = kerr.circular_constants(a, last)
     # Both times r Delta; and u^r.
     t_rate = ((r * r + a * a) * r + 2 * a * a) * energy - 2 * a * momentum
     phi_rate = (r - 2) * momentum + 2 * a * energy
-    inward = -math.sqrt(2 / (3 * last)) * np.maximum(last / r - 1, 0) ** 1.5
-    clock = r * (r * (r - 2) + a * a) / t_rate
+    inward = -math.sqrt(2 / (3 * last)) * np.maximum((last - r) / r, 0) ** 1.5
+    clock = r * kerr.horizon_product(a, r) / t_rate
     falls = r < last
     return Motion(
         np.where(falls, sense * phi_rate / t_rate, outside.orbital),
@@ -78,9 +78,7 @@ def _falling(spin: float, radius: Reals, sense: int) -> Motion:
 
 
 def _orbiting(spin: float, radius: Reals, sense: int) -> Motion:
-    r = radius
-    kepler = sense * spin + r**1.5
-    return Motion(sense / kepler, r**3 * (1 - 3 / r + 2 * sense * spin / r**1.5) / kepler**2)
+    return Motion(sense / (sense * spin + radius**1.5), kerr.circular_slowness(spin, radius, sense))
 
 
 Light = tuple[Reals, Reals]
@@ -116,6 +114,6 @@ def redshift(
 def radial_momentum(spin: float, light: Light, radius: Reals) -> Reals:
     """The size of p_r of photons of unit energy."""
     b, q = light
-    delta = radius * (radius - 2) + spin * spin
+    delta = kerr.horizon_product(spin, radius)
     potential = (radius * radius + spin * spin - spin * b) ** 2 - delta * (q + (b - spin) ** 2)
     return np.sqrt(np.maximum(potential, 0)) / delta

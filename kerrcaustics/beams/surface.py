@@ -17,7 +17,7 @@ from kerrcaustics.beams.emitters import Emitter, Light, radial_momentum
 from kerrcaustics.beams.integrator.equations import Constants
 from kerrcaustics.beams.integrator.nystroem import Path
 from kerrcaustics.results.declared import Shown
-from kerrcaustics.spacetime import radial
+from kerrcaustics.spacetime import kerr, radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.checks import if_degrees, numbers, quoted, real_number
 from kerrcaustics.spacetime.frame import Frame, Photon
@@ -97,7 +97,7 @@ class End(Shown):
         Parameters: light, b and q; place, radius and cosine of theta.
         """
         radius, cosine = place
-        sigma, delta = radius**2 + (spin * cosine) ** 2, radius * (radius - 2) + spin**2
+        sigma, delta = radius**2 + (spin * cosine) ** 2, kerr.horizon_product(spin, radius)
         return radial_momentum(spin, light, radius) * np.sqrt(delta / sigma)
 
     def bare(self) -> "End":

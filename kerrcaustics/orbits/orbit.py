@@ -252,17 +252,20 @@ def _words(kind: str, values: dict[str, Any]) -> str:
 
 
 def clock_rates(spin: float, places: BodyPlaces) -> Float[Array, " n"]:
-    """(dtau / dt)^2 (n,) of bodies at places, regular on the axis: not positive where nothing can move that way."""
+    """(dtau / dt)^2 (n,) of bodies at places, regular on the axis: not positive where nothing can move that way.
+
+    That of the fiducial observer there, alpha^2, less the square of the velocity that it measures.
+    """
     r, (x, y, z), a = places.radius, places.vector.T, spin
-    sigma, delta = r**2 + (a * z) ** 2, r * (r - 2) + a * a
-    square = x * x + y * y
-    # sin^2 theta dphi / dt, and the squares of sin theta dphi / dt and of dtheta / dt.
+    sigma, delta = r**2 + (a * z) ** 2, kerr.horizon_product(a, r)
+    sine = np.hypot(x, y)
+    big = (r * r + a * a) ** 2 - a * a * delta * sine**2
+    # sin theta dphi / dt, and that relative to the fiducial observer; the square of dtheta / dt.
     around = x * places.rate[:, 1] - y * places.rate[:, 0]
-    spun = np.divide(around**2, square, out=np.zeros_like(r), where=square > 0)
-    turned = np.maximum((places.rate**2).sum(axis=-1) - spun, 0.0)
-    big = (r * r + a * a) ** 2 - a * a * delta * square
-    at_rest = 1 - (2 * r - 4 * a * r * around) / sigma
-    return at_rest - big / sigma * spun - sigma * (places.radius_rate**2 / delta + turned)
+    spun = np.divide(around, sine, out=np.zeros_like(r), where=sine > 0)
+    dragged = spun - 2 * a * r / big * sine
+    turned = np.maximum((places.rate**2).sum(axis=-1) - spun**2, 0.0)
+    return sigma * (delta / big - places.radius_rate**2 / delta - turned) - big / sigma * dragged**2
 
 
 def ending(motion: BodyMotion, limit: float) -> str:

@@ -130,8 +130,12 @@ def finite_number(name: str, value: Any) -> float:
     return number
 
 
-def frame_at(viewer: Viewer, radius: float, velocity: Vector = _AT_REST) -> Frame:
-    """The frame of a viewer at a radius, who moves with a velocity that the FIDO there measures."""
+def frame_at(viewer: Viewer, radius: float, velocity: Vector = _AT_REST, slowness: float | None = None) -> Frame:
+    """The frame of a viewer at a radius, who moves with a velocity that the FIDO there measures.
+
+    Parameters: slowness, 1 - beta^2 if it is known better than from the velocity, whose rounding leaves no digits of it
+    close to the speed of light.
+    """
     at = kerr.metric(viewer.spin, radius, viewer.cos_theta)
     speed, basis = _basis(velocity)
     return Frame(
@@ -145,8 +149,8 @@ def frame_at(viewer: Viewer, radius: float, velocity: Vector = _AT_REST) -> Fram
         root_sigma=math.sqrt(at.sigma),
         root_sigma_delta=math.sqrt(at.sigma * at.delta),
         speed=speed,
-        # Exact: close to the speed of light rounding would leave no digits.
-        slowness=float(1 - sum(Fraction(v) ** 2 for v in velocity)),
+        # Exact, for the velocity as it is.
+        slowness=float(1 - sum(Fraction(v) ** 2 for v in velocity)) if slowness is None else slowness,
         basis=basis,
         zoom=1.0,
         start=radius + 2 * math.log(radius),
