@@ -13,6 +13,8 @@ from kerrcaustics.spacetime.shadow import edge_photons
 
 # Half the angle of the curve's parameter over which its tangent is taken.
 _TURN = 1e-6
+# Of Newton's method on the camera sky; radians.
+_NEWTON_STEPS, _LONGEST_STEP = 12, 0.2
 
 
 def whole_sky(camera: kc.Camera, count: int, rng: np.random.Generator) -> np.ndarray:
@@ -40,6 +42,25 @@ def through_the_poles(camera: kc.Camera, count: int, rng: np.random.Generator) -
         return sky[_passes_axis(camera, sky)]
 
     return _filled(camera, count, draw)
+
+
+def ending_on_axis(camera: kc.Camera, distance: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Directions (n, 3) of rays that end on the celestial sphere `distance` (n,) radians from the spin axis.
+
+    By Newton's method from random directions; those from which it does not converge end anywhere.
+    """
+    sky = fido_uniform(camera, len(distance), rng)
+    for _ in range(_NEWTON_STEPS):
+        beams = kc.trace_beams(camera, sky, "closed-form", redshift=False)
+        across = np.hypot(beams.direction[:, 0], beams.direction[:, 1])
+        # To the nearer end of the axis.
+        away = np.sign(beams.direction[:, 2]) * (distance - across)
+        step = beams.pulled_back(sky, np.stack([away, 0 * away], axis=-1))
+        length = np.linalg.norm(step, axis=1, keepdims=True)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            step *= np.minimum(1, _LONGEST_STEP / length)
+        sky = _unit(sky + np.where(np.isfinite(step), step, 0.0))
+    return sky
 
 
 FAMILIES = {"whole sky": whole_sky, "near the edge": near_the_edge, "through the poles": through_the_poles}

@@ -59,7 +59,7 @@ def assert_alike(some, others):
     away = np.linalg.norm(some.direction - others.direction, axis=1)
     assert np.nanmax(away / some.error) < 2
     bent = np.linalg.norm(some.jacobian - others.jacobian, axis=(1, 2)) / others.delta_plus
-    assert np.nanmax(bent / others.jacobian_error) < 2
+    assert np.nanmax(bent / others.diameter_error) < 2
 
 
 @pytest.mark.slow

@@ -32,8 +32,8 @@ def assert_agree(camera: Camera, sky: np.ndarray, end: float = math.inf) -> int:
         gap = np.linalg.norm(ends.direction - steps.direction, axis=1)
         assert np.all(gap[used] <= 10 * (ends.error + steps.error)[used])
     turned = np.linalg.norm(columns_in_space(formula) - columns_in_space(steps), axis=(1, 2)) / steps.delta_plus
-    assert np.all(turned[used] <= 10 * (formula.jacobian_error + steps.jacobian_error)[used])
-    known = used & (formula.jacobian_error < 0.1)
+    assert np.all(turned[used] <= 10 * (formula.diameter_error + steps.diameter_error)[used])
+    known = used & (formula.diameter_error < 0.1)
     assert np.array_equal(formula.index[known], steps.index[known])
     assert np.array_equal(formula.crossings[known], steps.crossings[known])
     # Through the axis itself the azimuth is known modulo a turn only.

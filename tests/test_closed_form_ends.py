@@ -99,11 +99,11 @@ def assert_beams_agree(camera: kc.Camera, sky: np.ndarray, end) -> int:
     assert np.array_equal(beams.escaped, exact.escaped)
     used = beams.closed_form
     assert np.all(displaced(beams, exact)[used] <= 10 * (beams.error + exact.error)[used])
-    allowed = 10 * (beams.jacobian_error + exact.jacobian_error)
+    allowed = 10 * (beams.diameter_error + exact.diameter_error)
     assert np.all((relative_gap(beams, exact, end) <= allowed)[used])
     assert np.all(np.abs(beams.time - exact.time)[used] <= 10 * (beams.time_error + exact.time_error)[used])
     # Without spin every crossing of a camera's own plane is a conjugate point: on which side is open.
-    known = used & (np.abs(exact.delta_minus) > 1e-9 * exact.delta_plus) & (beams.jacobian_error < 0.1)
+    known = used & (np.abs(exact.delta_minus) > 1e-9 * exact.delta_plus) & (beams.diameter_error < 0.1)
     assert np.array_equal(beams.index[known], exact.index[known])
     assert np.array_equal(beams.crossings[known], exact.crossings[known])
     return int(used.sum())

@@ -195,7 +195,7 @@ def assert_honest(camera: kc.Camera, sky: np.ndarray, end) -> int:
             error = np.maximum(error, np.abs(ends.radius / exact.radius - 1))
         assert np.all(error[seen] <= 10 * ends.error[seen])
         assert np.all(np.abs(ends.time - exact.time)[seen] <= 10 * ends.time_error[seen])
-    assert np.all(relative_gap(beams, exact, end)[seen] <= 10 * beams.jacobian_error[seen])
+    assert np.all(relative_gap(beams, exact, end)[seen] <= 10 * beams.diameter_error[seen])
     # Without spin every crossing of a camera's own plane is a conjugate point: on which side is open.
     known = seen & (np.abs(exact.delta_minus) > 1e-9 * exact.delta_plus)
     assert np.array_equal(beams.index[known], exact.index[known])

@@ -39,7 +39,7 @@ def assert_honest(camera: Camera, sky: np.ndarray) -> None:
     assert np.array_equal(rays.escaped, escaped)
     for ends in (beams, rays):
         assert np.all(direction_error(ends, exact) <= 10 * ends.error[escaped])
-    assert np.all(jacobian_error(beams, exact) <= 10 * beams.jacobian_error[escaped])
+    assert np.all(jacobian_error(beams, exact) <= 10 * beams.diameter_error[escaped])
     assert np.array_equal(beams.index[escaped], exact.index[escaped])
     assert np.array_equal(beams.crossings[escaped], exact.crossings[escaped])
     assert np.array_equal(beams.parity[escaped], (-1.0) ** beams.index[escaped])
@@ -133,7 +133,7 @@ def test_extreme_cameras_give_finite_answers(spin, radius):
         beams = trace_beams(camera, extreme_sky(camera))
         for values in (beams.direction, beams.azimuth, beams.error, beams.jacobian, beams.redshift):
             assert np.isfinite(values[beams.escaped]).all()
-        known = beams.escaped & (beams.jacobian_error < 0.1)
+        known = beams.escaped & (beams.diameter_error < 0.1)
         assert (beams.parity[known] == (-1.0) ** beams.index[known]).all()
         # Only directions on the shadow edge itself, and nearly extremal holes from close by, may cost digits.
         if spin < 1 - 1e-4:

@@ -192,8 +192,8 @@ def test_beams_to_infinity(name):
     found = np.stack(polar_basis(beam.direction), axis=-1)[0] @ beam.jacobian[0]
     bent = np.linalg.norm(found - columns) / np.linalg.norm(columns, 2)
     # An error of 1 says that nothing is known: both may then differ by twice that.
-    assert bent / 2 <= beam.jacobian_error[0] <= most_bent
-    assert bent <= beam.jacobian_error[0] or beam.jacobian_error[0] == 1
+    assert bent / 2 <= beam.diameter_error[0] <= most_bent
+    assert bent <= beam.diameter_error[0] or beam.diameter_error[0] == 1
     assert beam.index[0] == index or not beam.index_certain[0]
 
 

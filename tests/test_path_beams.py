@@ -48,11 +48,11 @@ def assert_ends_are_beams(paths: RayPaths, beams: Beams, least: int) -> None:
     free = beams.escaped & (beams.status != kc.Status.INACCURATE)
     assert free.sum() > least
     gap = off(paths.beams.jacobian[free, -1], beams.jacobian[free], beams.delta_plus[free])
-    assert np.all(gap < paths.beams.jacobian_error[free, -1] + beams.jacobian_error[free])
-    assert np.median(gap) < 1e-14 and np.median(paths.beams.jacobian_error[free, -1]) < 5e-13
+    assert np.all(gap < paths.beams.diameter_error[free, -1] + beams.diameter_error[free])
+    assert np.median(gap) < 1e-14 and np.median(paths.beams.diameter_error[free, -1]) < 5e-13
     for name in ("delta_plus", "delta_minus"):
         gap = np.abs(getattr(paths.beams, name)[free, -1] - getattr(beams, name)[free]) / beams.delta_plus[free]
-        assert np.all(gap < paths.beams.jacobian_error[free, -1] + beams.jacobian_error[free])
+        assert np.all(gap < paths.beams.diameter_error[free, -1] + beams.diameter_error[free])
 
 
 @pytest.mark.slow
@@ -118,8 +118,8 @@ def test_along_rays_they_are_traced_beams_to_spheres(paths):
             there = across(CAMERA, (radius, float(paths.theta[ray, i])), beam, *at)
             size = paths.beams.delta_plus[ray, i]
             gap = float(off(paths.beams.jacobian[ray, i], there, size))
-            error = float(beam.jacobian_error) * np.linalg.norm(there) / size
-            ratios.append(gap / (paths.beams.jacobian_error[ray, i] + 10 * error))
+            error = float(beam.diameter_error) * np.linalg.norm(there) / size
+            ratios.append(gap / (paths.beams.diameter_error[ray, i] + 10 * error))
             ours.append(gap)
     assert len(ours) > 60 and np.median(ours) < 1e-14 and max(ratios) < 1
 
@@ -157,7 +157,7 @@ def test_minor_diameters_vanish_at_conjugate_points(paths):
         wide = kc.ray_paths(CAMERA, SKY[ray], 2, end=radius * 1.001, beams=True).beams
         slope = abs(wide.delta_minus[-1]) / (0.001 * radius)
         assert (
-            abs(there.delta_minus[-1]) < there.jacobian_error[-1] * there.delta_plus[-1] + 2 * slope * own * radius**2
+            abs(there.delta_minus[-1]) < there.diameter_error[-1] * there.delta_plus[-1] + 2 * slope * own * radius**2
         )
         assert abs(there.delta_minus[-1]) < 1e-11 < abs(wide.delta_minus[-1])
 
@@ -173,7 +173,7 @@ def test_reported_errors_cover_other_steps(camera):
     sky = near_the_hole(camera, 200, 0.7)
     one, two = (kc.ray_paths(camera, sky, n, beams=True) for n in (31, 301))
     gap = off(one.beams.jacobian, two.beams.jacobian[:, ::10], 1.0)[:, 1:] / one.beams.delta_plus[:, 1:]
-    assert np.all(gap < one.beams.jacobian_error[:, 1:]) and np.median(gap) < 1e-14
+    assert np.all(gap < one.beams.diameter_error[:, 1:]) and np.median(gap) < 1e-14
     assert np.array_equal(one.turning_points, two.turning_points)
 
 

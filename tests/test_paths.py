@@ -216,7 +216,7 @@ def test_conjugate_points_are_where_the_closed_form_has_them(viewer, sky):
         slope, delay = (
             float(getattr(ends[1], x) - getattr(ends[0], x)) / (high - low) for x in ("delta_minus", "time")
         )
-        off = float(there.jacobian_error * there.delta_plus) / abs(slope) + 4e-16 * radius
+        off = float(there.diameter_error * there.delta_plus) / abs(slope) + 4e-16 * radius
         assert abs(zero - radius) <= own * radius**2 + off
         assert own < 1e-11
         late = abs(float(there.time) - paths.conjugate.time[ray, 0])

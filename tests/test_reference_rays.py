@@ -43,7 +43,7 @@ def beams():
 def escaping(beams):
     """Named quantities of the beams that escape, one row a beam."""
     kept = [beam for beam, ray in zip(beams, REFERENCE, strict=True) if not ray["captured"]]
-    names = ("direction", "azimuth", "error", "jacobian_error", "determinant", "delta_plus", "delta_minus")
+    names = ("direction", "azimuth", "error", "diameter_error", "determinant", "delta_plus", "delta_minus")
     names += ("index", "crossings", "redshift", "status")
     return {name: np.array([getattr(beam, name) for beam in kept]) for name in names}
 
@@ -79,13 +79,13 @@ def test_reported_error_is_within_the_tolerance(escaping):
 @pytest.mark.parametrize("name", ["delta_plus", "delta_minus"])
 def test_diameters(escaping, name):
     error = np.abs(escaping[name] - column(name)) / column("delta_plus")
-    assert np.all(error <= 10 * escaping["jacobian_error"])
+    assert np.all(error <= 10 * escaping["diameter_error"])
 
 
 def test_determinant(escaping):
     # |d det J| <= 2 delta_plus |dJ|.
     error = np.abs(escaping["determinant"] - column("det")) / column("delta_plus") ** 2
-    assert np.all(error <= 20 * escaping["jacobian_error"])
+    assert np.all(error <= 20 * escaping["diameter_error"])
 
 
 def test_morse_index(escaping):

@@ -22,7 +22,7 @@ FIELDS = (
     "azimuth",
     "error",
     "jacobian",
-    "jacobian_error",
+    "diameter_error",
     "delta_minus",
     "index",
     "escaped",
@@ -81,13 +81,13 @@ def test_whole_sky_is_within_the_tolerance(engine):
 def test_reported_error_of_jacobians_is_honest(engine):
     beams = traced(engine)
     error = np.linalg.norm(columns_in_space(beams) - truth("columns"), axis=(1, 2)) / truth("delta_plus")
-    assert np.all(error <= 10 * beams["jacobian_error"] + camera_rounding())
+    assert np.all(error <= 10 * beams["diameter_error"] + camera_rounding())
 
 
 def test_minor_diameters(engine):
     beams = traced(engine)
     error = np.abs(beams["delta_minus"] - truth("delta_minus")) / truth("delta_plus")
-    assert np.all(error <= 10 * beams["jacobian_error"] + camera_rounding())
+    assert np.all(error <= 10 * beams["diameter_error"] + camera_rounding())
 
 
 def test_unwrapped_azimuth(engine):

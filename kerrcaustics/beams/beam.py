@@ -51,7 +51,11 @@ class Rays(Shown):
     """
 
     direction: np.ndarray = quantity("ray... axis", "1", "unit vector n' of the end, in Boyer-Lindquist angles")
-    azimuth: np.ndarray = quantity("ray...", "rad", "phi', continuous along the ray")
+    azimuth: np.ndarray = quantity(
+        "ray...",
+        "rad",
+        "phi', continuous along the ray; rays with b = 0 pass the spin axis as those of small positive b",
+    )
     azimuth_error: np.ndarray = quantity(
         "ray...",
         "rad",
@@ -147,6 +151,7 @@ class Ellipses(Shown):
 
     jacobian: np.ndarray
     jacobian_error: np.ndarray
+    diameter_error: np.ndarray
 
     @property
     @derived("ray...", "1")
@@ -196,7 +201,7 @@ class Ellipses(Shown):
 
         Errors
         ------
-        `Ellipse.error` and `Ellipse.angle_error`, from `jacobian_error`.
+        `Ellipse.error` from `diameter_error`, and `Ellipse.angle_error` from `jacobian_error`.
 
         Examples
         --------
@@ -220,8 +225,11 @@ class Ellipses(Shown):
         c, s, ratio = c[..., None], s[..., None], ratio[..., None]
         even, odd = _rotations(np.stack([c * first + s * second, ratio * (c * second - s * first)], axis=-1))
         plus, minus = _diameters(even, odd)
-        error = self.jacobian_error * self.delta_plus + 0 * plus
+        error = self.diameter_error * self.delta_plus + 0 * plus
         turn = np.where(error < plus - np.abs(minus), error / (plus - np.abs(minus)), np.pi / 2)
+        # The basis turns as well.
+        open_turn = np.where(self.jacobian_error < 1, self.jacobian_error - self.diameter_error, np.pi / 2)
+        turn = np.minimum(turn + open_turn, np.pi / 2)
         return Ellipse(plus, minus, _position_angle(even, odd), error, np.where(np.isnan(plus), np.nan, turn))
 
 
@@ -257,9 +265,13 @@ class Beams(Rays, Ellipses):
     jacobian_error: np.ndarray = quantity(
         "ray...",
         "1",
-        "estimated error, relative to delta_plus, of the Jacobian's columns as vectors in space, and of the diameters "
-        "(close to a celestial pole e_theta' and e_phi' themselves turn by error / sin theta', and with them the "
-        "entries and the position angle)",
+        "estimated error of the Jacobian's entries, relative to delta_plus: diameter_error, and the turn of e_theta', "
+        "e_phi' as n' moves by its error, which is large close to the spin axis",
+    )
+    diameter_error: np.ndarray = quantity(
+        "ray...",
+        "1",
+        "estimated error, relative to delta_plus, of the diameters, and of the Jacobian's columns as vectors in space",
     )
     index: np.ndarray | None = quantity(
         "ray...", "1", "Morse index, the number of conjugate points on the ray", default=None

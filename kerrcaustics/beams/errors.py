@@ -13,8 +13,9 @@ import numpy as np
 from kerrcaustics.beams.ray_end import RayEnd
 from kerrcaustics.beams.surface import Arriving, End
 from kerrcaustics.spacetime import radial
-from kerrcaustics.spacetime.arrays import Reals
+from kerrcaustics.spacetime.arrays import Components, Reals
 from kerrcaustics.spacetime.frame import Frame
+from kerrcaustics.spacetime.sphere import polar_turn
 
 # Of a place at a finite distance, as it enters the Jacobian: that of a beam which has opened far changes with it.
 _OF_PLACE = 4.0
@@ -32,7 +33,7 @@ def depth(spin: Reals, u: Reals) -> Reals:
 
 
 def of_jacobian(end: End, own: Reals, error: Reals, turning: Reals, spread: Reals) -> Reals:
-    """Error of the Jacobian, relative to delta_plus, from the engine's own in it and the error of the end.
+    """Error of the Jacobian's columns in space, relative to delta_plus, from the engine's own and the error of the end.
 
     Close to the camera the beam is still small; close to the horizon large turns of psi cancel in it.
     """
@@ -40,6 +41,14 @@ def of_jacobian(end: End, own: Reals, error: Reals, turning: Reals, spread: Real
     if end.finite:
         return (own + _OF_PLACE * error) * (1 + turning) / small
     return own / small + error
+
+
+def of_entries(n: Components, of_columns: Reals, error: Reals) -> Reals:
+    """Error of the Jacobian's entries, relative to delta_plus: that of its columns, and the turn of e_theta', e_phi'.
+
+    Parameters: n, the direction of the end, and its error.
+    """
+    return jnp.minimum(of_columns + polar_turn(n, error, jnp), 1.0)
 
 
 def of_time(frame: Frame, end: End, at: Arriving, error: Reals, noise: Reals) -> tuple[Reals, Reals]:

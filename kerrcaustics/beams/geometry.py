@@ -37,11 +37,14 @@ def first_azimuth(frame: Frame, rate: tuple[Reals, ...]) -> Reals:
 
 
 def azimuth_step(b: Reals, before: tuple[Reals, ...], after: tuple[Reals, ...]) -> Reals:
-    """Change of the azimuth of m over a step, which has the sign of -b and is less than a turn."""
+    """Change of the azimuth of m over a step, which has the sign of -b and is less than a turn.
+
+    Rays with b = 0 pass the spin axis as those of small positive b.
+    """
     x, y = before[1:3]
     on_axis = (x == 0) & (y == 0)
     turn = jnp.arctan2(x * after[2] - y * after[1], x * after[1] + y * after[2])
-    sense = jnp.where(b > 0, -1.0, 1.0)
+    sense = jnp.where(b < 0, 1.0, -1.0)
     return jnp.where(on_axis, 0.0, jnp.where(sense * turn < -0.5, turn + 2 * math.pi * sense, turn))
 
 

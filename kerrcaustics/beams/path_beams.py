@@ -11,7 +11,7 @@ from kerrcaustics.beams.integrator.nystroem import Path
 from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.spacetime.arrays import Reals
 from kerrcaustics.spacetime.frame import Frame
-from kerrcaustics.spacetime.sphere import polar_basis
+from kerrcaustics.spacetime.sphere import polar_basis, polar_turn
 
 Array = np.ndarray
 Vector = tuple[Reals, Reals, Reals]
@@ -46,7 +46,15 @@ class PathBeams(Ellipses):
         "(rows), divided by the radius; on the celestial sphere that of `Beams`",
     )
     jacobian_error: Array = quantity(
-        "ray... place", "1", "estimated error, relative to delta_plus, of the Jacobian's columns and of the diameters"
+        "ray... place",
+        "1",
+        "estimated error of the Jacobian's entries, relative to delta_plus: diameter_error, and the turn of e_theta, "
+        "e_phi as the place moves by its error, which is large close to the spin axis",
+    )
+    diameter_error: Array = quantity(
+        "ray... place",
+        "1",
+        "estimated error, relative to delta_plus, of the diameters, and of the Jacobian's columns as vectors in space",
     )
 
     @property
@@ -113,11 +121,13 @@ def beams_along(frame: Frame, bundle: Bundle, state: BundleState, error: Array) 
     part = np.max(sizes, axis=0) / (np.linalg.norm(jacobian, axis=(-2, -1)) * _HALF)
     # At the viewer itself the beam has no size.
     noise = np.where(np.isnan(part), 1.0, part) * _ROUND_OFF * (1 + _AT_HORIZON / metric.h)
+    of_columns = noise + _OF_PLACE * error
     return {
         "heading": np.stack(heading, axis=-1),
         "screen": np.stack([np.stack(row, axis=-1) for row in rows], axis=-2),
         "jacobian": jacobian,
-        "jacobian_error": np.minimum(noise + _OF_PLACE * error, 1.0),
+        "jacobian_error": np.minimum(of_columns + polar_turn(m, error), 1.0),
+        "diameter_error": np.minimum(of_columns, 1.0),
     }
 
 

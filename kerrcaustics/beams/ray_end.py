@@ -63,6 +63,7 @@ class RayEnd(Generic[A]):
     emission_error: A | None = None
     jacobian: A | None = None
     jacobian_error: A | None = None
+    diameter_error: A | None = None
     index: A | None = None
     index_certain: A | None = None
     crossings: A | None = None

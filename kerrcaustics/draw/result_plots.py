@@ -147,7 +147,7 @@ def _colour_rays(ax: Axes, paths: RayPaths, drawn: list[Line2D]) -> None:
 
 def path_beams(ax: Axes, beams: PathBeams) -> Axes:
     """The diameters of each beam from place to place, the minor one dashed."""
-    size = beams.jacobian_error.shape[-1] if beams.jacobian_error.ndim else 1
+    size = beams.diameter_error.shape[-1] if beams.diameter_error.ndim else 1
     for values, look in ((beams.delta_plus, "-"), (beams.delta_minus, "--")):
         for i, line in enumerate(values.reshape(-1, size)):
             ax.plot(line, look, color=style.PALETTE[i % len(style.PALETTE)], linewidth=0.8)

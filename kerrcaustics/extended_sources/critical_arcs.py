@@ -122,7 +122,7 @@ def _traced(
         sheets.camera, sky, "auto", TOLERANCE, end=sheets.surface.bare(), crossings=False, redshift=False
     )
     # The minor diameter grows by about the major one over an e-folding of the distance from the shadow edge.
-    across = np.pi * np.exp(-points.depth) * beams.jacobian_error
+    across = np.pi * np.exp(-points.depth) * beams.diameter_error
     shape = phase.shape
     back = back.reshape(-1)
     return sky[back].reshape(*shape, 3), across[back].reshape(shape).max(axis=1)

@@ -145,7 +145,7 @@ class Patch:
             error=beams.error * end.scale(beams),
             index=np.minimum(index, self.max_index + 1),
             ratio=beams.delta_minus / beams.delta_plus,
-            ratio_error=beams.jacobian_error,
+            ratio_error=beams.diameter_error,
         )
 
 

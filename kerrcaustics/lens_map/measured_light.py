@@ -76,8 +76,8 @@ def measured_light(
 
         area, areas = (np.sign(one.beams.determinant) / one.magnification for one in (light, beside))
         # What is wrong with a beam is nearly that of another direction: its area is far better than its diameters.
-        aside = _OF_SKY + 2 * beams.jacobian_error / light.spread
-        lost = 2 * beams.jacobian_error + _OF_VALUE + off(slopes(area, areas), aside) * light.magnification
+        aside = _OF_SKY + 2 * beams.diameter_error / light.spread
+        lost = 2 * beams.diameter_error + _OF_VALUE + off(slopes(area, areas), aside) * light.magnification
         of_magnification = np.where(lost < 1, lost / (1 - lost), np.inf) * light.magnification
         of_redshift = off(slopes(light.redshift, beside.redshift), _OF_SKY) + _OF_VALUE * np.abs(light.redshift)
         of_time = off(slopes(light.time, beside.time), 0.0) + light.time_error

@@ -148,7 +148,7 @@ class PlaneMap:
             azimuth=beams.azimuth,
             index=np.asarray(beams.index),
             ratio=beams.delta_minus / beams.delta_plus,
-            ratio_error=beams.jacobian_error,
+            ratio_error=beams.diameter_error,
             minor=np.abs(beams.delta_minus),
             error=beams.error,
             slope=(j[:, 0] * first + j[:, 1] * second) / radius,

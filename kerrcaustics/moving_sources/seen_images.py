@@ -171,7 +171,7 @@ def _shown(
         magnification = size**2 / (plus * minus)
         flux = ratio**4 * magnification / (4 * math.pi * root)
         late, off = np.asarray(beams.time_error)[rows] + later, beams.error[rows] + lengths(rays.miss[rows]) + place
-        lost = 2 * beams.jacobian_error[rows] * plus / minus + off * plus / minus + off_root + 4 * _OF_RATIO
+        lost = 2 * beams.diameter_error[rows] * plus / minus + off * plus / minus + off_root + 4 * _OF_RATIO
         speed = lengths(rays.by_time[rows])
         for turn in (branch.born, branch.dies):
             if turn is not None:

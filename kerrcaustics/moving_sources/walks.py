@@ -261,7 +261,7 @@ def turning_points(
     with np.errstate(divide="ignore", invalid="ignore"):
         bend = np.abs(_lean(second) - _lean(first)) / span
         miss = rays.beams.error + rays.orbit_errors.place
-        off = (rays.beams.jacobian_error + miss + np.abs(_lean(best))) / bend
+        off = (rays.beams.diameter_error + miss + np.abs(_lean(best))) / bend
         late = miss / lengths(rays.by_time) + off**2 * bend * best.moment
     return best, late, off * lengths(best.along)
 

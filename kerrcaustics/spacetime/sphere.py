@@ -38,6 +38,16 @@ def polar_basis(n: Vectors, xp: Any = np) -> tuple[Vectors, Vectors]:
     return xp.stack([z * c, z * d, -s], axis=-1), xp.stack([-d, c, 0 * z], axis=-1)
 
 
+def polar_turn(n: tuple[Any, Any, Any], error: Any, xp: Any = np) -> Any:
+    """The largest angle by which `polar_basis` turns as n, three components, moves by `error` radians; pi / 2 at most.
+
+    As much as a half turn is open if n may lie on the axis.
+    """
+    x, y, z = n
+    sine = xp.maximum(xp.hypot(x, y), 1e-300)
+    return xp.abs(z) * xp.arcsin(xp.minimum(error / sine, 1.0))
+
+
 def polar_angle(n: HostVectors) -> HostReals:
     """Polar angle theta in [0, pi] of each unit vector n (..., 3), accurate at the poles too."""
     return np.arctan2(np.hypot(n[..., 0], n[..., 1]), n[..., 2])

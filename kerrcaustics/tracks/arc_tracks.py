@@ -57,7 +57,7 @@ def node_errors(arcs: Arcs, beams: Beams) -> Float[Array, " nodes"]:
     miss = np.abs(np.log(low.radius / arcs.radius))
     plain = arcs.radius * (low.error + miss) / np.where(low.minor == 0, 1, low.minor)
     gaps = (np.linalg.norm(low.sky - np.roll(low.sky, k, axis=0), axis=1) / np.roll(size, k) for k in (1, -1))
-    return np.where(arcs.folded, np.maximum(*gaps) * beams.jacobian_error, plain)
+    return np.where(arcs.folded, np.maximum(*gaps) * beams.diameter_error, plain)
 
 
 def _track(

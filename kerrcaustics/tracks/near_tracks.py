@@ -88,7 +88,7 @@ def seen_from(camera: Viewer, theta: float, branches: Branches, own: PathEvents,
     lens_map = LensMap(camera, end)
     at = lens_map.seen(sky, second_arrival)
     along = own.error[events] * math.sin(theta) + at.beams.error[at_event]
-    error[at_event] = along / at.spread[at_event] + at.beams.jacobian_error[at_event]
+    error[at_event] = along / at.spread[at_event] + at.beams.diameter_error[at_event]
     eastward = line_of_sight_from_sky(rest.frame(), sky)[:, 2] < 0
     remarks = (f"{lost} points of tracks could not be found on the camera's sky",) if lost else ()
     measured = measured_light(lens_map, at, sky, error, second_arrival)

@@ -40,8 +40,8 @@ def ratios(camera: kc.Camera, sky: np.ndarray, engine: str) -> np.ndarray:
     found = [
         np.linalg.norm(beams.direction - exact.direction, axis=-1) / (beams.error + known * exact.error),
         np.linalg.norm(rays.direction - exact.direction, axis=-1) / (rays.error + known * exact.error),
-        turned / (beams.jacobian_error + known * exact.jacobian_error),
-        (beams.index != exact.index) & (beams.jacobian_error < 0.01),
+        turned / (beams.diameter_error + known * exact.diameter_error),
+        (beams.index != exact.index) & (beams.diameter_error < 0.01),
     ]
     return np.stack(found)[:, escaped]
 

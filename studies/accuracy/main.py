@@ -79,7 +79,7 @@ def errors(known: list[Known], engine: str, tolerance: float) -> dict[str, np.nd
             "direction": np.linalg.norm(beams.direction - rays.direction, axis=1),
             "direction reported": beams.error,
             "delta_minus": np.abs(beams.delta_minus - rays.delta_minus) / rays.delta_plus,
-            "delta_minus reported": beams.jacobian_error,
+            "delta_minus reported": beams.diameter_error,
         }
         for name, values in parts.items():
             found.setdefault(name, []).append(values)

@@ -27,7 +27,7 @@ def errors(rays: list[dict], beams: kc.Beams) -> np.ndarray:
     traced = np.stack(polar_basis(beams.direction), axis=-1) @ beams.jacobian
     of_n = np.linalg.norm(beams.direction - direction, axis=1)
     of_j = np.linalg.norm(traced - columns, axis=(1, 2)) / major
-    return np.stack([of_n, of_n / beams.error, of_n / (1e-16 * major), of_j, of_j / beams.jacobian_error])
+    return np.stack([of_n, of_n / beams.error, of_n / (1e-16 * major), of_j, of_j / beams.diameter_error])
 
 
 def main() -> None:

@@ -16,6 +16,7 @@ from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.frame import sky_from_fido
 from kerrcaustics.spacetime.shadow import even_phases
 
+from .. import directions
 from ..directions import near_outward_null, of_momentum, off_the_edge
 from ..stability.problems import edge_scale
 
@@ -58,7 +59,18 @@ def cases(count: int, seed: int, rays: int = 64) -> Iterator[Case]:
 def hard_camera(source: Source) -> kc.Camera:
     """Any spin, place and velocity that a camera may have, the special and the extreme ones often."""
     spin = hard_spin(source)
-    return kc.Camera(spin, hard_radius(spin, source), hard_inclination(source), hard_velocity(source))
+
+    def anywhere() -> kc.Camera:
+        return kc.Camera(spin, hard_radius(spin, source), hard_inclination(source), hard_velocity(source))
+
+    return _one_of(source, anywhere, anywhere, anywhere, lambda: circling_camera(spin, source))
+
+
+def circling_camera(spin: float, source: Source) -> kc.Camera:
+    """On a circular orbit: at the ISCO, just above the photon orbit, and anywhere above it."""
+    orbit = kerr.photon_orbits(spin)[0]
+    radius = _one_of(source, lambda: kerr.isco(spin), lambda: orbit * (1 + _power(source, -6, 1)))
+    return kc.Camera(spin, radius, velocity="circular")
 
 
 def hard_spin(source: Source) -> float:
@@ -204,6 +216,11 @@ def level(camera: kc.Camera, count: int, rng: np.random.Generator) -> np.ndarray
     return sky_from_fido(camera.frame(), _unit(np.stack([np.cos(turn), lift, np.sin(turn)], axis=-1)))
 
 
+def ending_on_axis(camera: kc.Camera, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Rays that end 1e-14 to 1e-2 rad from the spin axis, on the celestial sphere."""
+    return directions.ending_on_axis(camera, 10 ** rng.uniform(-14, -2, count), rng)
+
+
 def along_axes(camera: kc.Camera, count: int, rng: np.random.Generator) -> np.ndarray:
     """The axes of the camera and 1e-16 to 1e-1 rad beside them: forward, where a fast camera sees all, above all."""
     axes = _AXES[rng.choice(6, count, p=(0.1, 0.4, 0.1, 0.1, 0.2, 0.1))]
@@ -222,6 +239,7 @@ FAMILIES: dict[str, Draw] = {
     "tangential": tangential,
     "level": level,
     "along the axes": along_axes,
+    "ending on the axis": ending_on_axis,
 }
 
 

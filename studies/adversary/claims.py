@@ -9,7 +9,8 @@ from kerrcaustics.spacetime.sphere import polar_basis
 
 from .truth import Known, Lost
 
-# The claims that are a number with an error: what each of them is about.
+# The claims that are a number with an error: what each of them is about. The Jacobian is that of its entries, the
+# diameters are those of its columns in space too.
 ERRORS = ("direction", "Jacobian", "diameters", "azimuth", "time")
 # Those that are right or wrong.
 LABELS = ("no NaN", "arrival", "index", "crossings")
@@ -40,6 +41,7 @@ class Ends(NamedTuple):
     azimuth_error: np.ndarray | float = 0.0
     time_error: np.ndarray | float = 0.0
     jacobian_error: np.ndarray | float = 0.0
+    diameter_error: np.ndarray | float = 0.0
 
 
 def ends_of(beams: kc.Beams, end: Any) -> Ends:
@@ -50,7 +52,7 @@ def ends_of(beams: kc.Beams, end: Any) -> Ends:
     unknown = np.full(len(status), np.nan)
     time, time_error = (unknown if t is None else t for t in (beams.time, beams.time_error))
     where = (beams.direction, beams.azimuth, beams.radius, time, columns_of(beams, end), diameters)
-    errors = (beams.error, _azimuth_errors(beams)[0], time_error, beams.jacobian_error)
+    errors = (beams.error, _azimuth_errors(beams)[0], time_error, beams.jacobian_error, beams.diameter_error)
     return Ends(status, *where, beams.index, beams.crossings, *errors)
 
 
@@ -108,19 +110,31 @@ def ratios(result: kc.Rays, ends: Ends, end: Any, tolerance: float) -> dict[str,
 
 
 def _of_beams(beams: kc.Beams, ends: Ends, end: Any) -> dict[str, np.ndarray]:
-    size, error = ends.diameters[:, 0], np.where(beams.jacobian_error < 1, beams.jacobian_error, np.nan)
+    size = ends.diameters[:, 0]
+    entries = ends.columns[:, :2] if isinstance(end, kc.EquatorialPlane) else entries_of(ends)
+    turned = np.linalg.norm(beams.jacobian - entries, axis=(1, 2)) / size
     bent = np.linalg.norm(columns_of(beams, end) - ends.columns, axis=(1, 2)) / size
     diameters = np.stack([beams.delta_plus, beams.delta_minus], axis=-1)
     grown = np.abs(diameters - ends.diameters).max(axis=-1) / size
     found = {
-        "Jacobian": _excess(bent, ends.jacobian_error) / error,
-        "diameters": _excess(grown, ends.jacobian_error) / error,
+        "Jacobian": _excess(turned, ends.jacobian_error) / _known(beams.jacobian_error),
+        "diameters": _excess(np.fmax(grown, bent), ends.diameter_error) / _known(beams.diameter_error),
     }
     for name in ("index", "crossings"):
         certain = _certain(beams, name) & (ends.status == kc.Status.ESCAPED) & beams.escaped
         certain = certain & (getattr(ends, name) >= 0)
         found[name] = _label(certain, getattr(beams, name) != getattr(ends, name))
     return found
+
+
+def entries_of(ends: Ends) -> np.ndarray:
+    """The entries of J (n, 2, 2) along e_theta' and e_phi'."""
+    return np.swapaxes(np.stack(polar_basis(ends.direction), axis=-1), 1, 2) @ ends.columns
+
+
+def _known(error: np.ndarray) -> np.ndarray:
+    """Errors, NaN where they say that nothing is known."""
+    return np.where(error < 1, error, np.nan)
 
 
 def _distance(result: kc.Rays, ends: Ends) -> np.ndarray:

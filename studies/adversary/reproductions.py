@@ -114,7 +114,7 @@ def _says(result: kc.Rays, i: int) -> str:
         said.append(f"time {result.time[i]} +- {result.time_error[i]}")
     if isinstance(result, kc.Beams):
         both = (float(result.delta_plus[i]), float(result.delta_minus[i]))
-        said.append(f"diameters {both} +- {result.jacobian_error[i]}")
+        said.append(f"diameters {both} +- {result.diameter_error[i]}")
         said += [f"{name} {getattr(result, name)[i]}" for name in ("index", "crossings")]
     return ", ".join(
         [*said, *(f"{d} {getattr(result, d)[i]}" for d in _DOUBTS if getattr(result, d, None) is not None)]

@@ -156,10 +156,12 @@ def _with_beam(ends: RayEnd[Any], end: End, jacobian: Jacobian, spread: Reals, v
     determinant = jacobian[0][0] * jacobian[1][1] - jacobian[0][1] * jacobian[1][0]
     own, far = values.jacobian_noise
     error = errors.of_jacobian(end, own + far / jnp.maximum(spread, 1), ends.error, values.at.turning, spread)
+    n_x, n_y, n_z = (ends.direction[..., i] for i in range(3))
     return replace(
         ends,
         jacobian=stacked(jacobian, hidden),
-        jacobian_error=jnp.minimum(error, 1.0),
+        jacobian_error=errors.of_entries((n_x, n_y, n_z), error, ends.error),
+        diameter_error=jnp.minimum(error, 1.0),
         closed_form=ends.closed_form & (values.lost | jnp.isfinite(spread)),
         index=_morse_index(values.polar.phase, values.sense * determinant) if wanted.index else None,
         index_certain=certainty.index_is_certain(jacobian, error) if wanted.index else None,

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
+from kerrcaustics.beams.geometry import first_azimuth
 from kerrcaustics.spacetime import elliptic
 from kerrcaustics.spacetime.arrays import Components, Reals
 from kerrcaustics.spacetime.frame import Frame, Photon
@@ -262,6 +263,8 @@ def _offset(frame: Frame, photon: Photon, swing: Swing, start: _Thetas, sense: R
     across = frame.sin_theta * y + u * y_rate - v * x_rate
     size = jnp.sqrt(along**2 + across**2)
     offset = jnp.arctan2(across, along)
-    rough = jnp.arctan2(start.f_imag, start.f_real)
+    # On the axis F vanishes: its slope is what it has right after, along the azimuth in which the ray leaves.
+    beyond = jnp.arctan2(start.f_imag_slope, start.f_real_slope) - sense * first_azimuth(frame, photon.rate)
+    rough = jnp.where(frame.sin_theta == 0, beyond, jnp.arctan2(start.f_imag, start.f_real))
     turns = jax.lax.stop_gradient(jnp.round((rough - offset) / (2 * math.pi)))
     return along / size, across / size, offset + 2 * math.pi * turns

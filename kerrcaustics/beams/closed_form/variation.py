@@ -290,7 +290,11 @@ def _swung(
         apart = jnp.where(
             jnp.abs(cosine) + abs(z0) < sine + s0, (z0 - cosine) * (z0 + cosine), (sine - s0) * (sine + s0)
         )
-        starting = start * p_phi * apart / jnp.where(sine == 0, 1.0, sine)
+        # b is s0 p_phi, and - sin(theta) v_phi at the end: next to the axis that, which the basis there turns as well.
+        over = jnp.where(
+            sine < s0, -course.v_phi / jnp.where(s0 == 0, 1.0, s0), p_phi / jnp.where(sine == 0, 1.0, sine)
+        )
+        starting = start * apart * over
         turned = turned - eta * z0 * p_theta / lift
     eta = frame.sin_theta * eta
     turned = turned - course.rates.slow * lift * eta

@@ -64,8 +64,9 @@ def land(
     lost = end.lost(journey.aim, frame.spin, ray.position[0])
     hidden = jnp.where(lost, jnp.nan, 0.0)
     error, rate = jnp.minimum(doubt.direction, math.pi), started[0].rate
+    n = _or(touch.n, (1.0, 0.0, 0.0))
     ends: RayEnd[Any] = RayEnd(
-        direction=stacked(_or(touch.n, (1.0, 0.0, 0.0)), hidden),
+        direction=stacked(n, hidden),
         azimuth=_or((touch.turn + ray.psi,), (0.0,))[0] + hidden,
         azimuth_error=certainty.azimuth_error(frame, journey.constants, touch.n, doubt.direction, touch.turn, rate)
         + hidden,
@@ -85,7 +86,9 @@ def land(
     if beams:
         rows = tuple(_or(row, (0.0, 0.0)) for row in jacobian)
         sure = None if last.conjugate_points is None else certainty.index_is_certain(rows, doubt.bent)
-        ends = replace(ends, jacobian=stacked(rows, hidden), jacobian_error=doubt.bent + hidden, index_certain=sure)
+        entries = errors.of_entries((n[0], n[1], n[2]), doubt.bent, error)
+        ends = replace(ends, jacobian=stacked(rows, hidden), jacobian_error=entries + hidden, index_certain=sure)
+        ends = replace(ends, diameter_error=doubt.bent + hidden)
     if last.clock_error is None:
         return ends
     time, late, rounding = _timed(frame, journey, started[0], last, touch, doubt)

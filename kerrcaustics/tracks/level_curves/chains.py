@@ -100,7 +100,7 @@ def errors_on_sky(
     depth = branches.chart.place(np.ones(len(nodes.event), int), nodes.sky)[:, 1]
     # At an event: along the critical curve by the error of its longitude, across by that of the beam's ellipse.
     along = event_errors[nodes.event[at_event]] * np.sin(branches.circle.angle) + light.beams.error[at_event]
-    across = np.pi * np.exp(-depth[at_event]) * light.beams.jacobian_error[at_event]
+    across = np.pi * np.exp(-depth[at_event]) * light.beams.diameter_error[at_event]
     error = nodes.error.copy()
     error[at_event] = along / light.spread[at_event] + across
     return error
