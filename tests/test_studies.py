@@ -80,6 +80,8 @@ SETTINGS = {
         "examined": STUDIES.module("stability.problems").problems()[:1],
         "longest": math.inf,
         "patience": math.inf,
+        "gaps": (0.1, 1e-9),
+        "heights": (1.0,),
     },
     "waves": {"cases": 6},
 }
@@ -161,6 +163,7 @@ def check_stability(entry):
     for row in entry["problems"]:
         assert (row["verdict"], row["faults"]) in [("ok", []), ("honest", [])]
         assert row["truths"] == 1 and row["escaped"] > 0
+    assert len(entry["map"]) == 2 and all(0 < cell["ratio"] < 10 for cell in entry["map"])
 
 
 CHECKS = {

@@ -28,8 +28,8 @@ ROUND_OFF = 1e-13
 # Points of the line toward the shadow edge, and how often it is refined where the index jumps by more than one.
 _LINE_POINTS = 500
 _REFINEMENTS = 4
-# Seconds after which the truth of a ray is given up.
-_PATIENCE = 3.0
+# Seconds after which the truth of a ray is given up; of one that decides about a step of the index.
+_PATIENCE, _LONG_PATIENCE = 3.0, 60.0
 
 
 class Known(NamedTuple):
@@ -47,16 +47,16 @@ def place_of(camera: kc.Camera) -> Place:
     return Place(camera.spin, camera.radius, camera.inclination, camera.velocity)
 
 
-def known(camera: kc.Camera, sky: np.ndarray, growth: float) -> Known | None:
+def known(camera: kc.Camera, sky: np.ndarray, growth: float, most_seconds: float = _PATIENCE) -> Known | None:
     """Truth of the ray in direction `sky` (3,) with delta_plus of about `growth`; None if it is captured.
 
-    Raises TimeoutError for a ray that takes too long.
+    Raises TimeoutError for a ray that takes more than `most_seconds`.
     """
     place, n = place_of(camera), [float(x) for x in sky]
     with mp.workdps(DIGITS + 15):
         if not escapes(place, n):
             return None
-    found = beam(place, n, 1 / max(mpf(growth), 1), DIGITS, timed=False, most_seconds=_PATIENCE)
+    found = beam(place, n, 1 / max(mpf(growth), 1), DIGITS, timed=False, most_seconds=most_seconds)
     columns = np.array([[float(x) for x in row] for row in found["columns"]])
     direction = np.array([float(x) for x in found["direction"]])
     return Known(direction, columns, float(found["delta_plus"]), float(found["determinant"]), found["index"])
@@ -163,27 +163,40 @@ def _return(camera: kc.Camera, n: np.ndarray, end: np.ndarray, far: float) -> tu
     return second, package.sky_from_fido(frame, directions)
 
 
-def index_jumps(problem: Problem, engine: str, turn: float) -> tuple[int, int]:
-    """Places of a line toward the shadow edge where the index does not grow one by one, and its last value."""
+def index_mistakes(problem: Problem, engine: str, turn: float) -> tuple[int, int]:
+    """Steps of the index along a line toward the shadow edge that are wrong, and its last value.
+
+    Where it is certain it changes by one at a time. It falls where the line crosses a critical curve back: truth says.
+    """
     camera = problem.camera
     scale = min(edge_scale(camera), 0.5)
     distance = scale * np.logspace(-0.3, math.log10(LEAST_DISTANCE / scale) + 1, _LINE_POINTS)
-    index = np.array([], int)
     for _ in range(_REFINEMENTS):
-        beams = kc.trace_beams(camera, off_the_edge(camera, np.full(len(distance), turn), distance), engine)
-        sure = beams.escaped & is_sure(beams)
-        index = beams.index[sure]
-        wide = np.flatnonzero(np.diff(index) > 1)
+        sky = off_the_edge(camera, np.full(len(distance), turn), distance)
+        beams = kc.trace_beams(camera, sky, engine)
+        sure = np.flatnonzero(beams.escaped & certain(beams))
+        steps = np.diff(beams.index[sure])
+        # Between rays with uncertain ones in between many steps may lie.
+        wide = sure[:-1][(np.abs(steps) > 1) & (np.diff(sure) == 1)]
         if not wide.size:
             break
-        here = distance[sure]
-        between = [np.geomspace(here[i], here[i + 1], 40)[1:-1] for i in wide[:40]]
+        between = [np.geomspace(distance[i], distance[i + 1], 40)[1:-1] for i in wide[:40]]
         distance = np.sort(np.concatenate([distance, *between]))[::-1]
-    steps = np.diff(index)
-    return int(np.sum((steps < 0) | (steps > 1))), int(index[-1]) if index.size else -1
+    beside = [i for k in np.flatnonzero(steps < 0) for i in sure[k : k + 2]]
+    wrong = sum(not _is_true_index(camera, sky[i], float(beams.delta_plus[i]), int(beams.index[i])) for i in beside)
+    return len(wide) + wrong, int(beams.index[sure[-1]]) if sure.size else -1
 
 
-def is_sure(beams: kc.Beams) -> np.ndarray:
-    """True (n,) where the reported error leaves no doubt about the parity."""
-    with np.errstate(invalid="ignore"):
-        return np.abs(beams.delta_minus) > HONEST * beams.jacobian_error * beams.delta_plus
+def _is_true_index(camera: kc.Camera, sky: np.ndarray, growth: float, index: int) -> bool:
+    """True if truth confirms the index of a ray; one whose truth takes too long counts as wrong."""
+    try:
+        true = known(camera, sky, growth, _LONG_PATIENCE)
+    except TimeoutError:
+        return False
+    return true is not None and true.index == index
+
+
+def certain(beams: kc.Beams) -> np.ndarray:
+    """True (n,) where the index is claimed to be certain."""
+    assert beams.index_certain is not None
+    return beams.index_certain

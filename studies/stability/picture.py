@@ -1,16 +1,19 @@
-"""The picture of stability.py: how wrong the worst ray of each problem is, and how much worse than it says."""
+"""The picture of stability.py: how wrong the worst ray of each problem is, and how much worse than it says; a map."""
 
 from typing import Any
 
+import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
 from kerrcaustics.draw.style import GUIDE_COLOUR, PAGE_WIDTH, PALETTE, RC, SMALLEST_TEXT
 
 from .checks import HONEST
+from .error_map import Cell
 
 # Fails stand out by shape, too. Marks beyond the panel are put on its edge.
 _MARKS = {
@@ -22,21 +25,41 @@ _LEAST_ERROR, _LEAST_RATIO, _MOST_RATIO = 1e-17, 1e-4, 2e3
 _ALARM = "#fbeee6"
 
 
-def picture(rows: list[dict[str, Any]]) -> Figure:
-    """Ratio of true to reported error against true error, a panel for each engine and a mark for each problem."""
+def picture(rows: list[dict[str, Any]], mapped: list[Cell]) -> Figure:
+    """Ratio of true to reported error against true error, a panel for each engine, a mark for each problem; a map."""
     engines = list(dict.fromkeys(row["engine"] for row in rows))
     with rc_context(RC):
-        figure = Figure(figsize=(PAGE_WIDTH, 2.9), layout="constrained")
-        panels = figure.subplots(1, len(engines), sharex=True, sharey=True, squeeze=False)[0]
+        figure = Figure(figsize=(PAGE_WIDTH, 5.6), layout="constrained")
+        above, below = figure.subfigures(2, 1)
+        panels = above.subplots(1, len(engines), sharex=True, sharey=True, squeeze=False)[0]
         for ax, engine in zip(panels, engines, strict=True):
             _draw_engine(ax, [row for row in rows if row["engine"] == engine])
             ax.set_title(engine.replace("-", " "))
         panels[0].set_ylabel("true / reported error, largest")
-        figure.supxlabel("true error of n′, largest of the problem (rad)", fontsize=RC["axes.labelsize"])
+        above.supxlabel("true error of n′, largest of the problem (rad)", fontsize=RC["axes.labelsize"])
         marks = [Line2D([], [], linestyle="none", **mark) for mark in _MARKS.values()]
         # Most of the room is there.
         panels[-1].legend(marks, list(_MARKS), loc="lower right")
+        _draw_map(below, mapped)
     return figure
+
+
+def _draw_map(figure: SubFigure, mapped: list[Cell]) -> None:
+    """Cells by spin and radius, for n' and J; where there is no truth a cell is grey."""
+    gaps, heights = (list(dict.fromkeys(getattr(cell, name) for cell in mapped)) for name in ("gap", "height"))
+    panels = figure.subplots(1, 2, sharey=True)
+    norm = LogNorm(_LEAST_RATIO, HONEST, clip=True)
+    for ax, name, title in zip(panels, ("ratio", "j_ratio"), ("n′", "J"), strict=True):
+        table = np.array([max(getattr(cell, name), _LEAST_RATIO) for cell in mapped]).reshape(len(gaps), len(heights))
+        mesh = ax.pcolormesh(np.ma.masked_invalid(table), norm=norm, cmap="viridis", edgecolors="white", linewidth=0.5)
+        ax.set_facecolor("#dddddd")
+        ax.set(xlabel="height of the camera above the horizon, r / r$_+$ − 1", title=f"auto, {title}")
+        ax.set_xticks(np.arange(len(heights)) + 0.5, [f"{height:g}" for height in heights])
+        ax.set_yticks(np.arange(len(gaps)) + 0.5, [f"{gap:g}" for gap in gaps])
+        for axis in (ax.xaxis, ax.yaxis):
+            axis.set_tick_params(length=0)
+    panels[0].set_ylabel("1 − a")
+    figure.colorbar(mesh, ax=panels, label="true / reported error, largest")
 
 
 def _draw_engine(ax: Axes, rows: list[dict[str, Any]]) -> None:
