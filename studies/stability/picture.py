@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from matplotlib import rc_context
+from matplotlib import colormaps, rc_context
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure, SubFigure
@@ -48,18 +48,19 @@ def _draw_map(figure: SubFigure, mapped: list[Cell]) -> None:
     """Cells by spin and radius, for n' and J; where there is no truth a cell is grey."""
     gaps, heights = (list(dict.fromkeys(getattr(cell, name) for cell in mapped)) for name in ("gap", "height"))
     panels = figure.subplots(1, 2, sharey=True)
-    norm = LogNorm(_LEAST_RATIO, HONEST, clip=True)
+    norm, colours = LogNorm(_LEAST_RATIO, HONEST), colormaps["viridis"].with_extremes(over=_MARKS["FAIL"]["color"])
     for ax, name, title in zip(panels, ("ratio", "j_ratio"), ("n′", "J"), strict=True):
         table = np.array([max(getattr(cell, name), _LEAST_RATIO) for cell in mapped]).reshape(len(gaps), len(heights))
-        mesh = ax.pcolormesh(np.ma.masked_invalid(table), norm=norm, cmap="viridis", edgecolors="white", linewidth=0.5)
+        mesh = ax.pcolormesh(np.ma.masked_invalid(table), norm=norm, cmap=colours, edgecolors="white", linewidth=0.5)
         ax.set_facecolor("#dddddd")
-        ax.set(xlabel="height of the camera above the horizon, r / r$_+$ − 1", title=f"auto, {title}")
+        ax.set_title(f"auto, {title}")
         ax.set_xticks(np.arange(len(heights)) + 0.5, [f"{height:g}" for height in heights])
         ax.set_yticks(np.arange(len(gaps)) + 0.5, [f"{gap:g}" for gap in gaps])
         for axis in (ax.xaxis, ax.yaxis):
             axis.set_tick_params(length=0)
     panels[0].set_ylabel("1 − a")
-    figure.colorbar(mesh, ax=panels, label="true / reported error, largest")
+    figure.supxlabel("height of the camera above the horizon, r / r$_+$ − 1", fontsize=RC["axes.labelsize"])
+    figure.colorbar(mesh, ax=panels, label="true / reported error, largest", extend="max")
 
 
 def _draw_engine(ax: Axes, rows: list[dict[str, Any]]) -> None:
