@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,10 @@ from command_line import run
 from moving_ball import ball_light
 
 import kerrcaustics as kc
+from kerrcaustics.lens_map.search_sky import search_sky
+from kerrcaustics.moving_sources.image_curves import ImageCurves
+from kerrcaustics.moving_sources.seen_images import seen_images
+from kerrcaustics.moving_sources.source_light import source_light_curve
 from kerrcaustics.orbits.orbit import clock_rates, orbit_of
 from kerrcaustics.orbits.orbit_file import read_orbit
 
@@ -73,6 +78,26 @@ def test_images_are_those_of_a_source_at_rest_at_its_place(inclined):
 
 
 @pytest.mark.slow
+def test_a_point_may_pass_behind_the_camera():
+    camera, orbit = kc.Camera(0.9, 5.0, 1.2), kc.Orbit.geodesic(10.0, 1.2)
+    light = kc.light_curve(camera, orbit, np.linspace(0.0, 10.0, 5), max_index=0)
+    assert light.certified and light.index.tolist() == [0]
+    motion = orbit.about(0.9, (-100.0, 100.0))
+    for emitted, time, sky in zip(light.emission_time[0], light.time, light.sky[0], strict=True):
+        place = motion.at(np.array([emitted]))
+        images = kc.star_images(camera, tuple(place.angles[0].tolist()), 0, end=float(place.radius[0]))
+        assert np.linalg.norm(images.sky[0] - sky) < 1e-9
+        assert emitted + images.time[0] == pytest.approx(time, abs=1e-6)
+
+
+def test_without_any_image_the_flux_is_unknown():
+    source, curves = SimpleNamespace(searched=search_sky(CAMERA)), ImageCurves((), (), ("in doubt",))
+    images = seen_images(source, [], [])
+    light = source_light_curve(source, INCLINED, np.array([1.0, 2.0]), curves, [], images, None, 0.0)
+    assert np.isnan(light.flux).all() and len(light.index) == 0 and light.remarks == ("in doubt",)
+
+
+@pytest.mark.slow
 def test_the_frequency_ratio_is_that_of_arrival_times():
     """In place of momenta: light that is sent dtau apart arrives dtau / g apart at a viewer at rest far away."""
     step = 2e-3
@@ -107,6 +132,12 @@ def test_pairs_are_there_between_their_events(inclined):
             assert ratio == pytest.approx(math.sqrt(2), rel=0.05)
 
 
+def on_axis(**settings):
+    """A source that stays behind a hole without spin, as its camera sees it."""
+    camera = kc.Camera(0.0, 10.0, 1.0, "fiducial")
+    return kc.light_curve(camera, lambda t: (8.0, math.pi - 1.0, math.pi), [100.0, 200.0], **settings)
+
+
 @pytest.mark.parametrize(
     ("call", "words"),
     [
@@ -130,6 +161,14 @@ def test_pairs_are_there_between_their_events(inclined):
         (lambda: kc.Orbit.geodesic(9.0, velocity=(0.9, 0.9, 0.0)), "`velocity` must have a speed below 1"),
         (lambda: kc.Orbit.geodesic(9.0, velocity="fast"), "`velocity` must be circular, retrograde, fiducial, static"),
         (lambda: kc.Orbit.geodesic(math.nan), "`radius` must be a finite number"),
+        (lambda: on_axis(), "but stays on it: a point there is seen as rings, and is infinitely bright"),
+        (lambda: on_axis(source="ball"), "but stays on it: a ball there is seen as rings, of finite light"),
+        (
+            lambda: kc.light_curve(
+                kc.Camera(0.9, 10.0, 0.0, "fiducial"), kc.Orbit.geodesic(8.0, math.pi, velocity="static"), [12.0, 20.0]
+            ),
+            "`orbit` must leave the axis through hole and viewer",
+        ),
         (
             lambda: kc.light_curve(CAMERA, "far", [1.0], source="point"),
             "`orbit` must be a radius, an Orbit or a function",

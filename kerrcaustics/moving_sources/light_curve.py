@@ -21,6 +21,7 @@ from kerrcaustics.orbits.motions import BodyMotion, Path
 from kerrcaustics.orbits.orbit import Orbit, checked_places, ending, orbit_of
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
+from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import left_out, one_of, quoted, whole_number
 from kerrcaustics.spacetime.sphere import from_angles, lengths
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer, finite_number
@@ -34,10 +35,12 @@ _BETWEEN, _FEWEST, _MOST = 0.25, 6, 400
 _HALF_TURN = 17.0
 # The span of emission times is found to this part of the span of times, in so many steps.
 _SLACK, _SHIFTS = 0.05, 8
+# An orbit comes from the horizon where it is within this factor of its radius, and cannot be followed so far back.
+_LEAVES, _LONG_AGO = 1.05, 1000.0
 # A ball is smaller than this part of its radius from the hole.
 _LARGEST = 0.1
-# Places at which the orbit is checked.
-_CHECKED = 500
+# Places at which the orbit is checked, and the sine of an angle from an axis that is rounding.
+_CHECKED, _ON_AXIS = 500, 1e-12
 # The settings of each kind of source, and their values if they are left out.
 _SETTINGS: dict[str, dict[str, Any]] = {
     "point": {"max_index": 2, "searches": None},
@@ -143,8 +146,8 @@ def light_curve(
     Raises
     ------
     ValueError
-        If an argument is invalid, or is for another kind of source; if the source reaches the horizon, or moves
-        faster than light, before the light of the last time leaves it.
+        If an argument is invalid, or is for another kind of source; if the source stays on the axis through hole and
+        viewer, or reaches the horizon or moves faster than light before the light of the last time leaves it.
 
     Errors
     ------
@@ -249,6 +252,7 @@ def _span(
     longer = radius + _HALF_TURN
     known = min(*emitted, orbit.when) - room, max(*emitted, orbit.when) + room
     source = Source(search_sky(camera), orbit.about(camera.spin, known))
+    _check_off_axis(camera, source.motion, known, size)
     for end, latest in ((1, False), (0, True)):
         for _ in range(_SHIFTS):
             if not known[0] <= emitted[end] <= known[1]:
@@ -262,8 +266,7 @@ def _span(
             # All light of the first moment comes before the times, that of images that are gone by then too, which may
             # take longer ways; and all of the last one after them.
             low, high = (longer, longer + slack) if latest else (-slack, 0.0)
-            # A fall may not reach further back.
-            begins = latest and emitted[end] == source.motion.span[0] and ahead >= 0
+            begins = latest and _begins(source, orbit, emitted[end], ends[end], ahead)
             if begins or low <= ahead <= high:
                 break
             emitted[end] += ahead - (low + high) / 2
@@ -275,6 +278,39 @@ def _span(
             f"Argument `size` must be below a tenth of the orbit's least radius, {most:.4g}, but is {size:g}."
         )
     return source, span
+
+
+def _begins(source: Source, orbit: Orbit, emitted: float, time: float, ahead: float) -> bool:
+    """True for an emission time before which no other light is needed: an orbit may not reach further back.
+
+    Of an orbit that comes from the horizon all light of long before arrives at about one time. ahead: by how much all
+    light of the emission time arrives before `time`; ValueError if it does not.
+    """
+    radius = float(source.motion.at(np.array([emitted])).radius[0])
+    early = emitted - _LONG_AGO
+    near = radius < _LEAVES * kerr.horizon(source.spin)
+    from_horizon = near and orbit.about(source.spin, (early, emitted)).span[0] > early
+    if from_horizon and ahead < 0:
+        raise ValueError(
+            f"Argument `orbit` must stay outside the hole within `times`, but the light that arrives at t = {time:.6g} "
+            f"left it before r = {radius:.4g}, as it came from the horizon: give later times."
+        )
+    return ahead >= 0 and (from_horizon or emitted == source.motion.span[0])
+
+
+def _check_off_axis(camera: Viewer, motion: BodyMotion, known: tuple[float, float], size: float) -> None:
+    """Raise ValueError for a source that stays where all images but the direct one are rings."""
+    ends = max(known[0], motion.span[0]), min(known[1], motion.span[1])
+    places = motion.at(np.linspace(*ends, _CHECKED))
+    axis = from_angles(camera.inclination, 0.0)
+    symmetric = camera.spin == 0 or math.hypot(axis[0], axis[1]) < _ON_AXIS
+    if symmetric and (lengths(np.cross(places.vector, axis)) < _ON_AXIS).all():
+        seen = (
+            "a ball there is seen as rings, of finite light: `magnification` has that of a disc of its size"
+            if size
+            else "a point there is seen as rings, and is infinitely bright"
+        )
+        raise ValueError(f"Argument `orbit` must leave the axis through hole and viewer, but stays on it: {seen}.")
 
 
 def _within(motion: BodyMotion, emitted: float, time: float, known: tuple[float, float]) -> float:

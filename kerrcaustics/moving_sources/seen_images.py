@@ -54,6 +54,8 @@ class SeenImages:
 
 def seen_images(source: Source, branches: list[Branch], times: list[Float[Array, " n"]]) -> list[SeenImages]:
     """The images of branches at times of the viewer, for each branch some within its life."""
+    if not branches:
+        return []
     starts = [_on_curve(source, branch.points, time) for branch, time in zip(branches, times, strict=True)]
     sky, emitted, second, room = (np.concatenate([start[i] for start in starts]) for i in range(4))
     wanted = np.concatenate(times)

@@ -118,7 +118,9 @@ def source_light_curve(
         shares, off = ball.flux[kept], ball.error[kept]
         there = np.isfinite(ball.sky[kept, :, 0])
         sky[there] = searched_sky.shown(ball.sky[kept][there])
-    flux = shares.sum(axis=0)
+    remarks = [*curves.remarks, *(() if ball is None else ball.remarks)]
+    # Without any image nothing is known but that all of them are missing.
+    flux = shares.sum(axis=0) if kept or not remarks else np.full(len(times), math.nan)
     places = np.nan_to_num(sky)
     centroid = (shares[:, :, None] * places).sum(axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -126,7 +128,6 @@ def source_light_curve(
         apart = lengths(places - centroid)
         centroid_error = (off * apart + shares * np.nan_to_num(sky_error)).sum(axis=0) / flux
     unreached = sum(int((~s.reached).sum()) for s in point_images)
-    remarks = [*curves.remarks, *(() if ball is None else ball.remarks)]
     unknown = max((source.motion.errors(s.emitted).place.max(initial=0.0) for s in point_images), default=0.0)
     if unknown > UNSTABLE:
         remarks.append(f"the orbit is unstable: rounding grows to {unknown:.1g} of its radius")
