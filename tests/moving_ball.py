@@ -18,6 +18,7 @@ Places = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 _MOMENTS = 60
 _ACCURACY = {"method": "DOP853", "rtol": 1e-8, "atol": 1e-8}
 _CELLS = (20, 48)
+_ANGLES = 16
 
 
 def ball_light(event: Event, places: Places, size: float, arrival: float, image: tuple[np.ndarray, float]) -> float:
@@ -75,6 +76,37 @@ def ball_light(event: Event, places: Places, size: float, arrival: float, image:
     ]
     area = np.prod(2 * half / (count - 1))
     return float((share * np.mean(cells, axis=0)).sum() * area / (math.pi * size**2))
+
+
+def light_at_rest(event: Event, places: Places, size: float, arrival: float, image: tuple[np.ndarray, float]) -> float:
+    """The same for a ball at rest, to many more digits: the area within the image of its limb times g^4.
+
+    Rays at equal angles are moved straight away from the middle until they pass the limb, in coordinates in which the
+    image is nearly round. They come from the cosine of the angle from -e_x and the azimuth about it, along which images
+    of high magnification are long, and which keep areas.
+    """
+    sky, emitted = image
+    angle = np.arange(_ANGLES) * 2 * math.pi / _ANGLES
+    round_about, frame = np.stack([np.cos(angle), np.sin(angle)], axis=-1), np.eye(2) * size / event.radius
+
+    def passed(round_places):
+        cosine, turn = (round_places @ frame.T + [-sky[0], math.atan2(sky[2], sky[1])]).T
+        sine = np.sqrt(1 - cosine**2)
+        rays = np.stack([-cosine, sine * np.cos(turn), sine * np.sin(turn)], axis=-1)
+        return _passes(event, places, arrival, emitted, rays)
+
+    for _ in range(3):
+        first, second, both = passed(np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]))[0] ** 2
+        mixed = (both - first - second) / 2
+        values, axes = np.linalg.eigh([[first, mixed], [mixed, second]])
+        frame = frame @ axes / np.sqrt(np.maximum(values, 1e-3 * values.max())) * size
+    away = np.ones(_ANGLES)
+    for _ in range(12):
+        distance, redshift = passed(away[:, None] * round_about)
+        away *= size / distance
+        if np.abs(distance / size - 1).max() < 1e-6:
+            return float(np.mean(redshift**4) * (away**2).mean() * abs(np.linalg.det(frame)) / size**2)
+    raise AssertionError("no limb was found")
 
 
 def _across(sky: np.ndarray) -> np.ndarray:
@@ -165,23 +197,47 @@ def _passes(event, places, arrival, emitted, rays):
 
 
 def _separation(a, b, states, places, arrival):
-    """Square of the distance of the ray from the ball's middle in its frame, and the frequency there."""
+    """Square of the distance of the ray from the ball's middle in its frame, and the frequency there.
+
+    The distance is that of events at the same time of the ball, in r times the direction as coordinates, with the
+    metric halfway between: right but for (distance / r)^2, as it would not be with the metric at one of the ends.
+    """
     r, theta, phi, ago, p_r, p_theta = states
-    time = arrival + ago
-    step = 1e-3
-    earlier, now, later = (places(time + late) for late in (-step, 0, step))
-    (body_r, body_theta, body_phi), speed = now, [(y - x) / (2 * step) for x, y in zip(earlier, later, strict=True)]
-    # Azimuths may jump by a turn.
-    speed[2] = (np.remainder(speed[2] * 2 * step + math.pi, 2 * math.pi) - math.pi) / (2 * step)
-    g = _metric(a, body_r, body_theta)
-    velocity = np.stack(np.broadcast_arrays(1.0, *speed, time)[:4])
-    velocity = velocity / np.sqrt(-_product(g, velocity, velocity))
-    away = np.stack(
-        [0 * r, r - body_r, theta - body_theta, np.remainder(phi - body_phi + math.pi, 2 * math.pi) - math.pi]
-    )
-    square = _product(g, away, away) + _product(g, away, velocity) ** 2
-    frequency = velocity[0] - p_r * velocity[1] - p_theta * velocity[2] - b * velocity[3]
-    return square, frequency
+    ray, axes = _cartesian(r, theta, phi)
+    time, early, step = arrival + ago, 0.0, 1e-3
+    for _ in range(3):
+        before, body, after = (_body(places, time + early + late) for late in (-step, 0, step))
+        velocity = np.concatenate([np.ones((1, len(r))), (after - before) / (2 * step)])
+        away = np.concatenate([np.broadcast_to(-early, (1, len(r))), ray - body])
+        halfway = (ray + body) / 2
+        early = early + _at(a, halfway, away, velocity) / _at(a, halfway, velocity, velocity)
+    speed = velocity / np.sqrt(-_at(a, body, velocity, velocity))
+    momentum = p_r * axes[0] + p_theta / r * axes[1] + b / (r * np.sin(theta)) * axes[2]
+    return _at(a, halfway, away, away), speed[0] - (momentum * speed[1:]).sum(axis=0)
+
+
+def _body(places, time):
+    r, theta, phi = places(time)
+    return _cartesian(r + 0 * time, theta, phi)[0]
+
+
+def _cartesian(r, theta, phi):
+    """Place r times the direction, and unit vectors along r, theta and phi."""
+    r, theta, phi = np.broadcast_arrays(r, theta, phi)
+    sine, cosine, zero = np.sin(theta), np.cos(theta), np.zeros_like(phi)
+    outward = np.stack([sine * np.cos(phi), sine * np.sin(phi), cosine])
+    down = np.stack([cosine * np.cos(phi), cosine * np.sin(phi), -sine])
+    return r * outward, (outward, down, np.stack([-np.sin(phi), np.cos(phi), zero]))
+
+
+def _at(a, place, x, y):
+    """Product of two vectors dt, dx, dy, dz in the metric at a place."""
+    r = np.sqrt((place**2).sum(axis=0))
+    theta, phi = np.arccos(place[2] / r), np.arctan2(place[1], place[0])
+    scale = (1.0, r, r * np.sin(theta))
+    _, axes = _cartesian(r, theta, phi)
+    parts = [[v[0], *((v[1:] * e).sum(axis=0) / s for e, s in zip(axes, scale, strict=True))] for v in (x, y)]
+    return _product(_metric(a, r, theta), *parts)
 
 
 def _metric(a, r, theta):

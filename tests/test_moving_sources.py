@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from beam_equations import Event
 from command_line import run
-from moving_ball import ball_light
+from moving_ball import ball_light, light_at_rest
 
 import kerrcaustics as kc
 from kerrcaustics.lens_map.search_sky import search_sky
@@ -316,6 +316,24 @@ def test_light_of_balls_is_that_of_rays_that_meet_them(name):
         share, image = light.shares[i, 0], (light.sky[i, 0], light.emission_time[i, 0])
         traced = ball_light(_event(camera), places, size, time, image) / (4 * math.pi)
         assert abs(traced - share) < light.error[0] + 2e-4 * share
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("camera", "place", "size"),
+    [
+        # 0.3 behind the hole from the axis through both, about which the rays' directions turn by 1/30 over the ball.
+        (kc.Camera(0.0, 10.0, 1.0, "fiducial"), (8.0, math.pi - 1 + 0.3 / 8, math.pi), 0.01),
+        (kc.Camera(0.0, 10.0, 1.0, "fiducial"), (8.0, math.pi - 1 + 0.3 / 8, math.pi), 0.03),
+        (NEAR, (5.0, 0.6, 2.5), 0.05),
+    ],
+)
+def test_errors_of_evenly_lit_balls_are_honest(camera, place, size):
+    light = kc.light_curve(camera, lambda t: place, [100.0], source="ball", size=size, max_index=1, searches=2)
+    assert light.certified and (light.error < 1e-3 * light.flux).all()
+    images = zip(light.sky[:, 0], light.emission_time[:, 0], strict=True)
+    traced = [light_at_rest(_event(camera), lambda t: place, size, 100.0, image) / (4 * math.pi) for image in images]
+    assert abs(sum(traced) - light.flux[0]) < light.error[0] + 1e-7 * light.flux[0]
 
 
 @pytest.mark.slow

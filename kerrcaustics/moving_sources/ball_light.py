@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from kerrcaustics.moving_sources.arrivals import Source
 from kerrcaustics.moving_sources.balls import Ball, Sights, SlicedImage, axes_at
+from kerrcaustics.moving_sources.even_light import even_light
 from kerrcaustics.moving_sources.image_curves import ImageCurves
 from kerrcaustics.moving_sources.seen_images import SeenImages
 from kerrcaustics.spacetime.sphere import lengths
@@ -63,7 +64,7 @@ def ball_shares(
         if not len(which):
             continue
         sights = _sights(ball.source, images.sky, images.emitted, times[which], images.second)
-        light, off, even = ball.even_light(sights)
+        light, off, even = even_light(ball, sights)
         flux[k, which[even]], error[k, which[even]] = light[even], off[even] + images.error[even]
         sky[k, which] = images.sky
         ends = [turn for turn in (branch.born, branch.dies) if turn is not None]

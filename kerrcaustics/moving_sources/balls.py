@@ -8,19 +8,19 @@ xi is the place at which a ray that arrives at the same time passes the source, 
 frame. With k.d = 0 for all d between events that are seen at once, |xi|^2 = G_ij dx^i dx^j with
 G_ij = g_ij + g_ti p_j + g_tj p_i + g_tt p_i p_j, p the momentum of the light: G is free of the source's motion.
 
-Images whose light hardly changes over the ball take a mean over places of it. The others are cut into slices along
-their spines, where xi_t = 0, t being the direction along the caustic: xi_n turns back at the fold, so that both images
-of a pair lie on one spine, and nothing on the way along it is singular. Slices are planes N.e = p about a direction e
-of the spine: the solid angle between two is dp dphi, phi being the azimuth about e.
+Images whose light hardly changes over the ball are measured along their limb (even_light.py). The others are cut into
+slices along their spines, where xi_t = 0, t being the direction along the caustic: xi_n turns back at the fold, so that
+both images of a pair lie on one spine, and nothing on the way along it is singular. Slices are planes N.e = p about a
+direction e of the spine: the solid angle between two is dp dphi, phi being the azimuth about e.
 """
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from kerrcaustics.moving_sources.arrivals import Arrivals, Source, solved
+from kerrcaustics.moving_sources.ball_distance import separation
 from kerrcaustics.moving_sources.seen_images import size_and_ratio
 from kerrcaustics.moving_sources.walks import replaced
 from kerrcaustics.spacetime.rows import Rows
@@ -33,8 +33,8 @@ Array = np.ndarray
 _NEWTON, _CLOSE = 8, 1e-7
 # By what part of the ball's radius the way to the middle of it may bend, that a ray is looked at elsewhere.
 _BENT = 1e-3
-# Light of a point that changes by more than this factor over the ball asks for slices.
-_EVEN = 1.3
+# Part of the ball's radius within which corrections of places fade.
+_MIDDLE = 1e-3
 # Steps along a spine: the first in radii of the ball by the steeper slope, by how much each may grow, how far xi_n may
 # go in one as a part of what is left to the limb and at least in radii, the least cosine of a turn, and the most steps.
 _FIRST, _GROWTH, _FAR, _LEAST_FAR, _STRAIGHT, _MOST = 0.3, 1.8, 0.4, 0.04, 0.9, 150
@@ -67,8 +67,9 @@ class Sights(Rows):
 class Passes(Rows):
     """Rays that arrive at a time: where they pass the ball (xi_t, xi_n), and how that changes over the sky and in time.
 
-    late: by how much the emission time is too early; light: g^4 per solid angle of the search sky; bend: by what part
-    the ray's path to the ball's middle is bent; inside: whether the index is low enough.
+    late: by how much the emission time is too early; light: g^4 per solid angle of the search sky; bend: the relative
+    error of the place, as spacetime is bent within the ball and on the way along the ray, and as the ray has errors;
+    inside: whether the index is low enough.
     """
 
     sky: Float[Array, "n 3"]
@@ -115,7 +116,7 @@ def axes_at(rays: Arrivals) -> Float[Array, "n 2 3"]:
     return np.einsum("nab,anc->nbc", directions, rays.across)
 
 
-def _moved(sky: Float[Array, "n 3"], step: Float[Array, "n 2"]) -> Float[Array, "n 3"]:
+def along_sky(sky: Float[Array, "n 3"], step: Float[Array, "n 2"]) -> Float[Array, "n 3"]:
     """Directions after steps along `tangent_basis(N)`."""
     first, second = tangent_basis(sky)
     ahead = sky + step[:, :1] * first + step[:, 1:] * second
@@ -158,6 +159,7 @@ class Ball:
         size, ratio = size_and_ratio(rays)
         r = rays.places.radius
         with np.errstate(invalid="ignore", divide="ignore"):
+            apart = separation(rays)
             first = sights.axes[:, 0] / np.sqrt(_product(sights.axes[:, 0], form, sights.axes[:, 0]))[:, None]
             second = sights.axes[:, 1] - _product(sights.axes[:, 1], form, first)[:, None] * first
             second = second / np.sqrt(_product(second, form, second))[:, None]
@@ -165,14 +167,20 @@ class Ball:
             return Passes(
                 sky=rays.sky,
                 time=rays.time,
-                late=(sights.wanted - rays.arrival) / rays.rate,
-                place=(across @ rays.offset[:, :, None])[:, :, 0],
+                late=(sights.wanted - rays.arrival - apart.delay) / apart.rate,
+                place=self._lengthened((across @ rays.offset[:, :, None])[:, :, 0], apart.distance),
                 by_sky=across @ rays.columns,
                 by_time=-(across @ rays.velocity[:, :, None])[:, :, 0],
-                light=ratio**4 * size**2,
-                bend=(self.size / r) ** 2 + rays.beside[0] ** 2 * r / self.size,
+                light=(ratio * rays.rate / apart.rate) ** 4 * size**2,
+                bend=(self.size / r) ** 2 + rays.beside[0] ** 2 + 2 * rays.beams.error * r / self.size,
                 inside=np.asarray(rays.beams.index) <= self.highest,
             )
+
+    def _lengthened(self, place: Float[Array, "n 2"], distance: Float[Array, " n"]) -> Float[Array, "n 2"]:
+        """Places across the rays, which are right in the first order, with the distance itself."""
+        # In the middle both lengths are rounding.
+        least = (_MIDDLE * self.size) ** 2
+        return place * np.sqrt((distance**2 + least) / ((place**2).sum(axis=1) + least))[:, None]
 
     def _beside(self, sights: Sights) -> Arrivals:
         """Rays looked at where they pass the ball: those that graze its sphere come to that far away."""
@@ -227,31 +235,8 @@ class Ball:
             if still.all():
                 break
             step[still] = 0.0
-            now = self.passes(sights.at(_moved(now.sky, step), now.time + np.where(still, 0.0, now.late)))
+            now = self.passes(sights.at(along_sky(now.sky, step), now.time + np.where(still, 0.0, now.late)))
         return now, good
-
-    def even_light(self, sights: Sights) -> tuple[Float[Array, " n"], Float[Array, " n"], Bool[Array, " n"]]:
-        """Flux of images far from folds, by places of the ball, its error, and True where these places are enough.
-
-        The middle counts 1/4, six places at sqrt(2/3) of the radius 3/4: exact to the fifth degree. The error is how
-        much it changes when these are turned by 30 degrees, and the part by which the rays bend.
-        """
-        n, angle = len(sights), np.arange(12) * np.pi / 6
-        ring = math.sqrt(2 / 3) * self.size * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-        places = np.concatenate([np.zeros((1, 2)), ring])
-        middle = self.passes(sights)
-        aim, many = np.tile(places, (n, 1)), sights[np.repeat(np.arange(n), len(places))]
-        # Begun where the linear map has them.
-        step = np.nan_to_num(solved(np.repeat(middle.by_sky, len(places), axis=0), aim))
-        passes, good = self.brought(many.at(_moved(many.sky, step), many.time), aim)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            signed = (passes.light / np.linalg.det(passes.by_sky)).reshape(n, -1) / (4 * math.pi)
-            light = np.abs(signed)
-            even = good.reshape(n, -1).all(axis=1) & (np.sign(signed) == np.sign(signed[:, :1])).all(axis=1)
-            even &= light.max(axis=1) < _EVEN * light.min(axis=1)
-        first, turned = (light[:, 0] / 4 + 0.75 * light[:, start::2].mean(axis=1) for start in (1, 2))
-        flux = (first + turned) / 2
-        return flux, np.abs(first - turned) + middle.bend * flux, even
 
     def sliced_light(self, starts: Sights) -> "list[SlicedImage | None]":
         """The parts of the image on the spines next to starts; None where they cannot be followed."""
@@ -356,7 +341,7 @@ class Ball:
         turn = np.arctan2((e * np.cross(left.sky, right.sky)).sum(axis=1), (left.sky * right.sky).sum(axis=1) - p**2)
         exact = turn * (left.light + 4 * middle.light + right.light) / 6
         exact = np.where(sure & (width > 0), exact, linear)
-        unit = weight / (4 * math.pi**2 * self.size**2)
+        unit = weight / (4 * np.pi**2 * self.size**2)
         total, rough = (np.bincount(row, unit * value, len(cut)) for value in (exact, linear))
         bend = np.bincount(row, unit * exact * middle.bend, len(cut))
         mean = np.stack([np.bincount(row, unit * exact * middle.sky[:, i], len(cut)) for i in range(3)], axis=-1)
