@@ -131,11 +131,7 @@ def diffraction_pattern(
     """
     check_viewer(viewer)
     theta, phi = _checked_region(region)
-    omega = real_number("frequency", frequency)
-    if not LEAST_FREQUENCY <= omega <= LARGEST_FREQUENCY:
-        raise ValueError(
-            f"Argument `frequency` must be {LEAST_FREQUENCY:g} to {LARGEST_FREQUENCY:g}, but is {quoted(frequency)}."
-        )
+    omega = _checked_frequency(frequency)
     at_once = np.array([omega])
     highest = whole_number("max_index", max_index, 0, HIGHEST_INDEX)
     count = whole_number("pixels", pixels, 2, _MOST_PIXELS)
@@ -161,10 +157,8 @@ def diffraction_pattern(
         parts = [part[part.index == index] for part in free]
         whole.add(partial(_sum_of_images, parts[:_NODES], omega), [part.field(at_once)[0] for part in parts[_NODES:]])
     whole.error += float(np.abs(whole.missed).max())
-    whole.error += max(float(apart_error(part[np.isin(part.index, steady)], at_once)[0]) for part in free)
-    # Neighbours that belong to two rings are summed.
-    for order in range(1 + nearest % 2, highest + 2, 2):
-        whole.error += summed_error(waves.ring(order), at_once)
+    split = [waves.ring(order) for order in range(1 + nearest % 2, highest + 2, 2)]
+    whole.error += _error_of_sums(free, steady, split, at_once)
     fleeting = max(float(np.minimum(part.amplitude[~np.isin(part.index, steady)], 1.0).sum()) for part in free)
     whole.error += fleeting + left_out(waves, last)
     remark = "images that come and go within the region at other caustics are left out"
@@ -209,6 +203,15 @@ def _checked_region(region: ArrayLike) -> tuple[tuple[float, float], tuple[float
         )
     (a, b), (c, d) = sides.tolist()
     return (a, b), (c, d)
+
+
+def _checked_frequency(frequency: object) -> float:
+    omega = real_number("frequency", frequency)
+    if not LEAST_FREQUENCY <= omega <= LARGEST_FREQUENCY:
+        raise ValueError(
+            f"Argument `frequency` must be {LEAST_FREQUENCY:g} to {LARGEST_FREQUENCY:g}, but is {quoted(frequency)}."
+        )
+    return omega
 
 
 def _at(side: tuple[float, float], x: Any) -> Any:
@@ -263,6 +266,14 @@ def _free(images: list[WaveImages], rings: dict[int, list[NearestCurve]]) -> lis
             held |= np.isin(waves.index, (order - 1, order)) & curves[source].holds(waves.time)
         free.append(waves[~held][np.argsort(waves.time[~held])])
     return free
+
+
+def _error_of_sums(
+    free: list[WaveImages], steady: list[int], split: list[WaveImages], omega: Float[Array, " 1"]
+) -> float:
+    """The error of images that belong to no ring, and of neighbours that belong to two, which are summed."""
+    alone = max(float(apart_error(part[np.isin(part.index, steady)], omega)[0]) for part in free)
+    return alone + sum(float(summed_error(ring, omega)[0]) for ring in split)
 
 
 def _gap_error(
