@@ -7,6 +7,9 @@ import pytest
 
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import Sphere
+from kerrcaustics.extended_sources import contours
+from kerrcaustics.extended_sources.patches import ChartRays, Disc, Patch
+from kerrcaustics.results.progress import listening
 from kerrcaustics.scripts import STUDIES
 
 TWIN = STUDIES.module("extended_sources.twin")
@@ -41,6 +44,31 @@ IN_PLANE = [
     (MOVING, (4.0, 3.3), 1.0, 2, 2),
     (INFINITE, (6.0, 3.1), 0.5, 2, 1),
 ]
+
+
+class PlainChart(Patch):
+    """A chart on which light comes from the place of the plane with the polar coordinates 1 + height and phase."""
+
+    def rays(self, phase, height):
+        place = (1 + height)[:, None] * np.stack([np.cos(phase), np.sin(phase)], axis=-1)
+        one, sky = np.ones(len(phase)), np.pad(place, ((0, 0), (0, 1)))
+        index = np.zeros(len(phase), int)
+        return ChartRays(sky, place, self.disc.height(place), 0 * one, index, one, 0 * one)
+
+
+@pytest.mark.parametrize("most", [contours.MOST_RAYS, 2500])
+def test_curves_on_a_chart_report_progress_and_are_given_up_in_the_end(monkeypatch, most):
+    monkeypatch.setattr(contours, "MOST_RAYS", most)
+    disc = Disc(kc.EquatorialPlane(1), np.array([1.5, 0.0]), 0.2)
+    heard = []
+    with listening(lambda text, part: heard.append((text, part))):
+        curves = contours.contours(PlainChart(NEAR, disc, disc.surface, 1, None, 0.0, 1.0, open_ended=True))
+    assert heard[0][0].startswith("limb and critical curves") and 0 < heard[0][1] < heard[-1][1] <= 1
+    if most > 2500:
+        # Closed curves have as many steps as nodes.
+        assert curves.remarks == () and len(curves.steps.order) == len(curves.nodes.number) > 10
+    else:
+        assert curves.remarks == (contours.GIVEN_UP,)
 
 
 @pytest.mark.slow

@@ -15,11 +15,16 @@ from scipy.optimize import elementwise
 from kerrcaustics.extended_sources.chart_curves import meetings
 from kerrcaustics.extended_sources.chart_grid import CORNERS, SIDES, ChartGrid
 from kerrcaustics.extended_sources.patches import Patch
+from kerrcaustics.results.progress import report
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import lengths
 
 Array = np.ndarray
 
+MOST_RAYS = 1_000_000
+"""Rays after which a chart is given up."""
+GIVEN_UP = f"the limb and the critical curves need more than {MOST_RAYS} rays, and are not followed"
+"""Remark on such a chart."""
 _TURN = 2 * math.pi
 # Most cells, and in one direction; how often cells are halved again where curves in them are in doubt.
 _MOST_CELLS, _FINEST, _MOST_RETRIES = 20_000, 1 << 48, 3
@@ -77,7 +82,13 @@ class Contours:
 def contours(patch: Patch) -> Contours:
     """The limb of the disc of a chart, and the critical curves within the disc."""
     grids, parts = [ChartGrid(patch)], [Contours(_no_nodes(), _no_steps(), ())]
+    rays = 0
     while grids:
+        rays += len(grids[-1].corners)
+        report(f"limb and critical curves, {rays} rays", min(rays / MOST_RAYS, 1.0))
+        if rays > MOST_RAYS:
+            parts.append(Contours(_no_nodes(), _no_steps(), (GIVEN_UP,)))
+            break
         for grid, directions in grids.pop().groups():
             fine = len(grid.cells) <= _MOST_CELLS and grid.count.max() <= _FINEST
             if not fine:

@@ -5,12 +5,14 @@ from jaxtyping import Float
 
 from kerrcaustics.beams.ends import End, Sphere
 from kerrcaustics.extended_sources.area import Weight
+from kerrcaustics.extended_sources.contours import GIVEN_UP
 from kerrcaustics.extended_sources.measured_disc import MeasuredDisc
 from kerrcaustics.extended_sources.nearby_caustics import touching_radii
 from kerrcaustics.extended_sources.on_charts import measured_on_charts, touching_radii_on_charts
 from kerrcaustics.extended_sources.on_sheets import measured_on_sheets
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.sheets import sheets_of
+from kerrcaustics.results.progress import in_steps
 from kerrcaustics.spacetime.viewer import Viewer
 
 # Parts by which the radius of a disc is changed whose limb touches a caustic: the first to be tried, and others as long
@@ -51,23 +53,18 @@ def measured(
         True for a disc within one that has been measured: in the plane fewer places in it are checked.
     """
     here = _measured(viewer, surface, centre, angle, max_index, weight, nested)
-    if here.certified:
+    if here.certified or GIVEN_UP in here.remarks:
         return here
-
-    def beside(part: float) -> MeasuredDisc | None:
-        low = _measured(viewer, surface, centre, angle * (1 - part), max_index, weight, nested)
-        if not low.certified:
-            return None
-        high = _measured(viewer, surface, centre, angle * (1 + part), max_index, weight, nested)
-        return here.between(low, high) if high.certified else None
-
-    if (smoothed := beside(_NEAREST)) is not None:
-        return smoothed
     best = here
-    for part in _BESIDE:
-        if (smoothed := beside(part)) is None:
+    for part in in_steps("discs beside that of the source", (_NEAREST, *_BESIDE)):
+        low = high = _measured(viewer, surface, centre, angle * (1 - part), max_index, weight, nested)
+        if low.certified:
+            high = _measured(viewer, surface, centre, angle * (1 + part), max_index, weight, nested)
+        if high.certified:
+            best = here.between(low, high)
+        # The nearest ones are close enough; of the others, the largest are known first.
+        if high.certified == (part == _NEAREST):
             break
-        best = smoothed
     return best
 
 

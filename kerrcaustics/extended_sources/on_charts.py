@@ -29,6 +29,7 @@ from kerrcaustics.images.circle_arcs import arcs_of
 from kerrcaustics.images.sheets import bounding_curves
 from kerrcaustics.lens_map.domains import Ring, TwoLeaves, domain_of
 from kerrcaustics.lens_map.search_sky import search_camera, search_sky
+from kerrcaustics.results.progress import in_steps
 from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.viewer import Viewer
@@ -61,7 +62,7 @@ def measured_on_charts(
     disc = Disc(surface, centre, size)
     patches, curves = _patches(viewer, disc, max_index)
     parts, doubts, faults = [], [], []
-    for patch in patches:
+    for patch in in_steps("chart", patches):
         outline = contours(patch)
         arcs = arcs_along(patch, outline, _WANTED)
         first = 1 + max(arcs.last_node, outline.last_node)
