@@ -11,9 +11,11 @@ from scipy.optimize import brentq
 
 import kerrcaustics as kc
 from kerrcaustics.beams.paths import RayPaths
+from kerrcaustics.scripts import STUDIES
 from kerrcaustics.spacetime import kerr, radial
 from kerrcaustics.spacetime.frame import photon_of
 
+TRUTH_CAMERA, TRUE_RAYS = (STUDIES.module(f"truth.{name}") for name in ("camera", "rays"))
 CAMERA = kc.Camera(spin=0.9, radius=7.0, inclination=1.1, velocity=(0.1, -0.2, 0.3))
 OBSERVERS = {radius: kc.Observer(spin=0.9, inclination=1.1, radius=radius) for radius in (1e3, math.inf)}
 # Places (alpha, beta), many of them close to the shadow.
@@ -51,6 +53,28 @@ def test_paths_end_where_rays_do(paths, beams):
     # The first place is the camera.
     assert np.all(paths.radius[:, 0] == CAMERA.radius)
     assert np.all(paths.azimuth[:, 0] == 0)
+
+
+# Spin, radius in parts of the horizon's, inclination: far out, and next to horizons, where psi turns fast.
+BESIDE = [(0.9, 6.0, 1.2), (0.713, 1.002, math.pi / 2), (0.998, 1.01, 1e-3), (1 - 1.2e-5, 1.01, math.pi / 2)]
+
+
+@pytest.mark.parametrize(("spin", "part", "inclination"), BESIDE)
+def test_places_are_within_their_errors_of_those_in_long_arithmetic(spin, part, inclination):
+    radius = float(kerr.horizon(spin)) * part
+    sky = np.random.default_rng(4).normal(size=(6, 3))
+    sky /= np.linalg.norm(sky, axis=1)[:, None]
+    paths = kc.ray_paths(kc.Camera(spin, radius, inclination, "fiducial"), sky, 8)
+    place, known = TRUTH_CAMERA.Place(spin, radius, inclination, "fiducial"), np.flatnonzero(paths.index >= 0)
+    assert len(known) > 1
+    for ray in known:
+        # The last place is where the ray ends, not where it is at that time.
+        there = TRUE_RAYS.places(place, sky[ray].tolist(), paths.mino_time[ray, 1:-1].tolist())
+        for k, (u, direction) in enumerate(there, start=1):
+            off = np.linalg.norm(np.array(direction, float) - paths.direction[ray, k])
+            # Rounding of the directions themselves.
+            assert off < paths.error[ray, k] + 4e-16 < 1e-9
+            assert abs(float(u) - 1 / paths.radius[ray, k]) < paths.error[ray, k] + 4e-16
 
 
 @pytest.mark.slow

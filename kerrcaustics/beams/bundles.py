@@ -20,7 +20,7 @@ from kerrcaustics.beams.integrator import clock
 from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity, rapidity, ray_rates
 from kerrcaustics.beams.integrator.integrated import DENSEST, aim_at, all_rates, start, with_variations
 from kerrcaustics.beams.integrator.journey import local_error
-from kerrcaustics.beams.integrator.landing import short_step
+from kerrcaustics.beams.integrator.landing import OF_TURN, horizon_noise, short_step
 from kerrcaustics.beams.integrator.nystroem import Path, Rates, nystroem_step
 from kerrcaustics.beams.surface import Aim, Arriving
 from kerrcaustics.spacetime import radial
@@ -193,9 +193,13 @@ def places(
 def _timed(frame: Frame, bundle: Bundle, state: BundleState, at_infinity: Flags) -> tuple[Reals, Reals, Reals]:
     """Time, error of the direction and of 1 / r, error of the time."""
     ray, constants = state.paths[0], bundle.constants
-    error = _STEP_GAIN * state.local_error * (1 + _growth(bundle, state)) + _ROUND_OFF * (1 + _spread(state))
     speed, psi_rate = polar_rapidity(constants), ray_rates(frame.spin, constants, ray.position)[1]
     at = Arriving(jnp.abs(ray.position[0]), jnp.abs(ray.rate[0]), jnp.abs(psi_rate), speed)
+    turned_by = OF_TURN * (jnp.abs(state.azimuth) + jnp.abs(ray.psi))
+    # The rate of psi is rounded in every step on the way, at both ends of which it may be fast.
+    beside_horizon = 2 * (horizon_noise(frame.spin, 1 / frame.radius) + horizon_noise(frame.spin, at.u))
+    rounded = _ROUND_OFF * (1 + _spread(state) + at.turning) + turned_by + beside_horizon
+    error = _STEP_GAIN * state.local_error * (1 + _growth(bundle, state)) + rounded
     times = []
     for end in (SKY, Sphere(1.0)):
         time = clock.reading(

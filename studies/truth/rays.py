@@ -232,6 +232,31 @@ def follow(paths: list[Path], watch) -> None:
         h = h * int(min(reach, 4.0) * 2**40) >> 40
 
 
+def places(place: Place, sky: list, times: list, digits: int = 30) -> list[tuple[mpf, list]]:
+    """1 / r and the direction of a path at growing Mino times, none of them later than its end."""
+    found: list[tuple[mpf, list]] = []
+    with mp.workdps(2 * digits):
+        path = Path(place, unit([mpf(n) for n in sky]), digits, timed=False)
+        h = path.whole(mpf(1) / 20)
+        while len(found) < len(times):
+            path.expand(h)
+            reach = path.reach()
+            if reach < 1e-3:
+                h = max(h * int(reach * 2**40) >> 40, 1)
+                continue
+            s = int(min(reach, 1.0) * 2**40) << (path.bits - 40)
+            while len(found) < len(times):
+                ahead = (mpf(times[len(found)]) - path.real(path.time)) / path.real(h)
+                if ahead > path.real(s):
+                    break
+                u, *m, psi = (path.real(path.at(path.whole(ahead), series)) for series in path.series)
+                (x, y, z), c, d = unit(m), mp.cos(psi), mp.sin(psi)
+                found.append((u, [c * x - d * y, d * x + c * y, z]))
+            path.move(s)
+            h = h * int(min(reach, 4.0) * 2**40) >> 40
+    return found
+
+
 def conjugate_points(paths: list[Path], s: float, displacement: float) -> np.ndarray:
     """Signs of the beam's area at 32 points of a step: determinant of (du, dn) of two neighbours and of the path."""
     path_terms = np.array([[c / (1 << paths[0].bits) for c in series[:24]] for series in paths[0].series])

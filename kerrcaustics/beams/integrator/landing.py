@@ -28,7 +28,7 @@ _DIRECTION_GAIN = 0.02
 _DENSE = 0.8
 # Round-off of 1e-16 in N, or in a step, is magnified by the spread of the beam; more of it in many steps. That of
 # the angles by which the path turns round the axis is relative.
-_ROUNDING, _PER_STEP, _OF_TURN = 1e-15, 0.1, 4e-16
+_ROUNDING, _PER_STEP, OF_TURN = 1e-15, 0.1, 4e-16
 # Round-off of N as it enters the Jacobian through the angular momentum.
 _IN_JACOBIAN = 4e-15
 
@@ -95,10 +95,10 @@ def land(
     return replace(ends, time=time + hidden, time_error=late + hidden, time_noise=rounding)
 
 
-def _horizon_noise(frame: Frame) -> Reals:
-    """The noise in psi by rounding of the horizon's radius for a camera next to it."""
-    outer = radial.horizon(frame.spin)
-    return 3e-16 * frame.spin / (outer - frame.spin**2 / outer) * frame.radius / (frame.radius - outer)
+def horizon_noise(spin: Reals, u: Reals) -> Reals:
+    """The noise in psi by rounding of the horizon's radius, for a camera or another place next to it at u = 1 / r."""
+    outer = radial.horizon(spin)
+    return 3e-16 * spin / (outer - spin**2 / outer) / jnp.maximum(1 - outer * u, 1e-16)
 
 
 def _touch_down(journey: Journey, last: Progress) -> _Touch:
@@ -172,7 +172,7 @@ def _doubt(
     # Rays that could not be brought close to their end land by too long a step.
     unsettled, bending = end.unsettled(journey.constants, at)
     late = end.delayed(unsettled * at.speed + touch.stretch**2, at)
-    rounded = _OF_TURN * (jnp.abs(touch.turn) + jnp.abs(ray.psi)) + _horizon_noise(frame)
+    rounded = OF_TURN * (jnp.abs(touch.turn) + jnp.abs(ray.psi)) + horizon_noise(frame.spin, 1 / frame.radius)
     noise = _ROUNDING * (1 + size + end.motion(at)) * often + rounded + late
     bent = errors.of_jacobian(end, _IN_JACOBIAN * opening * often, drift + noise, at.turning, growth)
     # A beam opens with the way, and the more the less its rays have of a radial motion at their end.
