@@ -136,10 +136,12 @@ class _DeepSearch:
         rounding = ends.rounding()
         wrong = np.abs(residual) + rounding
         moved_by = np.einsum("nij,nj->ni", np.abs(inverse), wrong)
-        late = np.abs(rate * moved_by).sum(axis=1) + _OF_TIME * np.abs(ends.time) + ends.time_noise
         sky, missed = self._sky(place)
+        # N is rounded along the curve of equal d, too, and b and q with it.
+        moved_by[:, 0] += (missed + _OF_SKY) / self._size
+        late = np.abs(rate * moved_by).sum(axis=1) + _OF_TIME * np.abs(ends.time) + ends.time_noise
         good = (wrong < 10 * rounding).all(axis=1) & (missed < _BESIDE) & np.isfinite(late)
-        return sky, self._size * moved_by[:, 0] + missed + _OF_SKY, ends.time, late, good
+        return sky, self._size * moved_by[:, 0], ends.time, late, good
 
     def _linear(self, place: Array) -> tuple[Array, Array, Array, _Ends]:
         """The inverse of the derivative of n' by the place, that of the time, what is missing of n', and the ends."""
