@@ -60,6 +60,11 @@ def test_special_orbits_without_spin():
     assert kerr.inner_horizon(0.0) == 0
     assert kerr.ergosphere(0.0, 0.3) == 2
     assert kerr.isco(0.0) == pytest.approx(6, rel=1e-15)
+    spins = np.array([[0.0, 0.1], [0.9, 0.998]])
+    for prograde in (True, False):
+        several = kerr.isco(spins, prograde)
+        assert several.tolist() == [[kerr.isco(spin, prograde) for spin in row] for row in spins]
+    assert kerr.isco([]).shape == (0,)
     assert kerr.photon_orbits(0.0) == pytest.approx((3, 3), rel=1e-15)
 
 
