@@ -105,6 +105,7 @@ BAD = [
         "`values` must be a map whose nside is a power of two, but that is 3: healpy.ud_grade brings a map to 4.",
     ),
     (lambda: kc.skies.Panorama.read("sky.tif"), "but is 'sky.tif': other pictures can be converted, TIFF files to"),
+    (lambda: kc.magnification(CAMERA, (1.4, 0.3), 0.1, profile=[[]]), '`profile` must be "uniform", ("linear", u)'),
 ]
 
 
@@ -173,6 +174,8 @@ def test_whole_numbers_that_no_memory_holds_are_refused():
     for number in (2**31, 2**63, 10**400):
         with pytest.raises(ValueError, match=r"^Argument `n` must be a whole number from 1 to 1000000, but is "):
             kc.shadow_edge(CAMERA, number)
+        with pytest.raises(ValueError, match=r"^Argument `crossing` must be a whole number from 1 to 1000000, but is "):
+            kc.EquatorialPlane(number)
 
 
 PLACE, NEAR = (0.9, 10.0, 1.2), np.ones((4, 3))

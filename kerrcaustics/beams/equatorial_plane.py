@@ -22,6 +22,8 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 # Radii of a map of the plane: from so many horizon radii to so many camera radii, and the largest.
 _LOWEST, _HIGHEST, _FROM_AFAR = 1.05, 2.0, 100.0
+MOST_CROSSINGS = 1_000_000
+"""Largest number of a crossing."""
 
 
 @jax.tree_util.register_pytree_node_class
@@ -63,7 +65,7 @@ class EquatorialPlane(End):
 
     def __post_init__(self) -> None:
         """Raise ValueError unless there are such a crossing and such an emitter."""
-        object.__setattr__(self, "crossing", whole_number("crossing", self.crossing, 1))
+        object.__setattr__(self, "crossing", whole_number("crossing", self.crossing, 1, MOST_CROSSINGS))
         one_of("emitter", self.emitter, EMITTERS)
 
     def tree_flatten(self) -> tuple[tuple[int], None]:

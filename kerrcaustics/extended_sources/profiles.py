@@ -92,7 +92,7 @@ def checked_profile(profile: Profile) -> Brightness:
     if callable(profile):
         return _of_function("a function", lambda x: profile(np.sin(x)))
     name, *rest = profile if isinstance(profile, tuple | list) and profile else (profile,)
-    if name not in _NAMED:
+    if not isinstance(name, str) or name not in _NAMED:
         end = near(name, ["uniform", *_NAMED]) if isinstance(name, str) else ""
         raise ValueError(
             'Argument `profile` must be "uniform", ("linear", u), ("quadratic", u1, u2), ("gaussian", width) or a '

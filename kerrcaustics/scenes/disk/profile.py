@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.beams.ends import EquatorialPlane
+from kerrcaustics.beams.equatorial_plane import MOST_CROSSINGS
 from kerrcaustics.lens_map.domains import Ring
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.scenes.disk.disk import MOTIONS
@@ -105,7 +106,7 @@ def line_profile(
     (1, True)
     """
     check_request(camera, inner, outer, motion)
-    crossing = whole_number("crossing", crossing, 1)
+    crossing = whole_number("crossing", crossing, 1, MOST_CROSSINGS)
     counts = [_even("radii", radii), _even("turns", turns)]
     law, division = _law(emissivity), _bins(bins)
     node = np.log(inner) + math.log(outer / inner) * (1 - np.cos(math.pi * np.arange(counts[0] + 1) / counts[0])) / 2
