@@ -31,10 +31,9 @@ Array = np.ndarray
 
 # Newton steps to a place of the ball, and what may be left of the way, in its radii.
 _NEWTON, _CLOSE = 8, 1e-7
-# By what part of the ball's radius the way to the middle of it may bend, that a ray is looked at elsewhere.
-_BENT = 1e-3
-# Part of the ball's radius within which corrections of places fade.
-_MIDDLE = 1e-3
+# Curvature of a path over the ball's radius above which the ray is evaluated at closest approach, and the part of the
+# radius within which corrections of places fade.
+_BENT, _MIDDLE = 1e-3, 1e-3
 # Steps along a spine: the first in radii of the ball by the steeper slope, by how much each may grow, how far xi_n may
 # go in one as a part of what is left to the limb and at least in radii, the least cosine of a turn, and the most steps.
 _FIRST, _GROWTH, _FAR, _LEAST_FAR, _STRAIGHT, _MOST = 0.3, 1.8, 0.4, 0.04, 0.9, 150
@@ -270,10 +269,7 @@ class Ball:
                 break
             at, way, sights = now[active], ahead[active], starts[walker[active]]
             near = np.isfinite(high[active])
-            with np.errstate(invalid="ignore"):
-                part = np.clip(left_low[active] / (left_low[active] - left_high[active]), 0.1, 0.9)
-                between = low[active] + part * (high[active] - low[active])
-            h = np.where(near, between, step[active])
+            h = np.where(near, _between(low, high, left_low, left_high)[active], step[active])
             trial, left, turned, gone, room = self._ahead(sights, at, way, h)
             fine = np.isfinite(left)
             beyond, within = left <= 0, left > 0
@@ -351,6 +347,14 @@ class Ball:
             error = abs(total[i] - rough[i]) + bend[i]
             images[k] = SlicedImage(total[i], error, mean[i] / lengths(mean[i : i + 1])[0], tips) if clean[i] else None
         return images
+
+
+def _between(
+    low: Float[Array, " n"], high: Float[Array, " n"], left_low: Float[Array, " n"], left_high: Float[Array, " n"]
+) -> Float[Array, " n"]:
+    """Steps between two, where nothing is left: by the secant, and not too close to either."""
+    with np.errstate(invalid="ignore"):
+        return low + np.clip(left_low / (left_low - left_high), 0.1, 0.9) * (high - low)
 
 
 def _slices(spines: list[Passes]) -> tuple[Array, Array, Array, Array, Array, Array]:

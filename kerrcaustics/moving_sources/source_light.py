@@ -118,21 +118,10 @@ def source_light_curve(
         shares, off = ball.flux[kept], ball.error[kept]
         there = np.isfinite(ball.sky[kept, :, 0])
         sky[there] = searched_sky.shown(ball.sky[kept][there])
-    remarks = [*curves.remarks, *(() if ball is None else ball.remarks)]
+    remarks = _remarks(source, curves, point_images, ball)
     # Without any image nothing is known but that all of them are missing.
     flux = shares.sum(axis=0) if kept or not remarks else np.full(len(times), math.nan)
-    places = np.nan_to_num(sky)
-    centroid = (shares[:, :, None] * places).sum(axis=0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        centroid = centroid / (lengths(centroid) if axes == 3 else flux)[:, None]
-        apart = lengths(places - centroid)
-        centroid_error = (off * apart + shares * np.nan_to_num(sky_error)).sum(axis=0) / flux
-    unreached = sum(int((~s.reached).sum()) for s in point_images)
-    unknown = max((source.motion.errors(s.emitted).place.max(initial=0.0) for s in point_images), default=0.0)
-    if unknown > UNSTABLE:
-        remarks.append(f"the orbit is unstable: rounding grows to {unknown:.1g} of its radius")
-    if unreached:
-        remarks.append(f"{unreached} images at some of the times are known roughly")
+    centroid, centroid_error = _centroid(shares, off, np.nan_to_num(sky), np.nan_to_num(sky_error), flux)
     turns = [turn for turn in curves.turns if times.min() <= turn.point.arrival[0] <= times.max()]
     return SourceLightCurve(
         camera=searched_sky.viewer,
@@ -152,8 +141,36 @@ def source_light_curve(
         centroid_error=centroid_error,
         events=tuple(_event(source, turn) for turn in sorted(turns, key=lambda turn: turn.point.arrival[0])),
         certified=not remarks,
-        remarks=tuple(remarks),
+        remarks=remarks,
     )
+
+
+def _centroid(
+    shares: Float[Array, "image t"],
+    off: Float[Array, "image t"],
+    places: Float[Array, "image t axes"],
+    place_error: Float[Array, "image t"],
+    flux: Float[Array, " t"],
+) -> tuple[Float[Array, "t axes"], Float[Array, " t"]]:
+    """Mean places of the light, directions as unit vectors, and their errors; off: errors of the shares."""
+    mean = (shares[:, :, None] * places).sum(axis=0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = mean / (lengths(mean) if mean.shape[1] == 3 else flux)[:, None]
+        return mean, (off * lengths(places - mean) + shares * place_error).sum(axis=0) / flux
+
+
+def _remarks(
+    source: Source, curves: ImageCurves, point_images: list[SeenImages], ball: BallShares | None
+) -> tuple[str, ...]:
+    """Remarks on what is in doubt."""
+    remarks = [*curves.remarks, *(() if ball is None else ball.remarks)]
+    unknown = max((source.motion.errors(s.emitted).place.max(initial=0.0) for s in point_images), default=0.0)
+    if unknown > UNSTABLE:
+        remarks.append(f"the orbit is unstable: rounding grows to {unknown:.1g} of its radius")
+    unreached = sum(int((~s.reached).sum()) for s in point_images)
+    if unreached:
+        remarks.append(f"{unreached} images at some of the times are known roughly")
+    return tuple(remarks)
 
 
 def _event(source: Source, turn: Turn) -> SourceEvent:

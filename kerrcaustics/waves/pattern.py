@@ -161,7 +161,6 @@ def diffraction_pattern(
     whole.error += _error_of_sums(free, steady, split, at_once)
     fleeting = max(float(np.minimum(part.amplitude[~np.isin(part.index, steady)], 1.0).sum()) for part in free)
     whole.error += fleeting + left_out(waves, last)
-    remark = "images that come and go within the region at other caustics are left out"
     return DiffractionPattern(
         camera=viewer,
         surface=SKY,
@@ -173,8 +172,11 @@ def diffraction_pattern(
         real=np.real(whole.field),
         imaginary=np.imag(whole.field),
         error=whole.error,
-        remarks=(remark,) if fleeting > 0 else (),
+        remarks=(_FLEETING,) if fleeting > 0 else (),
     )
+
+
+_FLEETING = "images that come and go within the region at other caustics are left out"
 
 
 class _Sum:
