@@ -271,14 +271,13 @@ class Ball:
             near = np.isfinite(high[active])
             h = np.where(near, _between(low, high, left_low, left_high)[active], step[active])
             trial, left, turned, gone, room = self._ahead(sights, at, way, h)
-            fine = np.isfinite(left)
             beyond, within = left <= 0, left > 0
             high[active[beyond]], left_high[active[beyond]] = h[beyond], left[beyond]
             low[active[near & within]], left_low[active[near & within]] = h[near & within], left[near & within]
             tip = near & within & (high[active] - h < _AT_TIP * np.maximum(h, first[active]))
             ended[active[tip]] = True
             # A step of which nothing is known is shortened, also before a tip.
-            lost = ~fine | (~near & within & (gone > 1.5 * room))
+            lost = ~np.isfinite(left) | (~near & within & (gone > 1.5 * room))
             step[active[lost]] = h[lost] / 2
             high[active[lost]] = np.inf
             low[active[lost]] = 0.0
