@@ -245,13 +245,13 @@ REFUSED = (
             "image_derivatives",
             "event_derivatives",
             "caustic_derivatives",
-            "magnification",
         ),
         ("plane",),
         (EQUATORIAL,),
         "camera",
         IN_PLANE,
     ),
+    Refusal(("magnification",), ("plane",), (EQUATORIAL,), "viewer", IN_PLANE),
     Refusal(("follow_star",), ("plane",), (EQUATORIAL,), "cameras", IN_PLANE),
     Refusal(
         ("render",), ("within", "beyond"), OFF_PLANE, None, "matter beside the plane is a volume, of render_volume"

@@ -247,7 +247,7 @@ def test_command_says_what_the_function_returns(capsys, tmp_path):
         ({"profile": lambda s: -s}, "Argument `profile` must give finite intensities"),
         ({"power": math.inf}, "Argument `power` must be a finite number"),
         ({"power": 2.0, "end": 20.0}, "Argument `power` must be 0 for a source at a finite radius"),
-        ({"source": (6.0, 1.0), "end": kc.EquatorialPlane(1)}, "Argument `camera` must not lie in the"),
+        ({"source": (6.0, 1.0), "end": kc.EquatorialPlane(1)}, "Argument `viewer` must not lie in the"),
         ({"max_index": 7}, "Argument `max_index` must be a whole number from 0 to 6"),
     ],
 )

@@ -93,12 +93,12 @@ def test_circular_cameras_are_refused_just_where_light_is_no_slower():
 
 def exact_emitter(name: str, spin: float, radius: float) -> mpf:
     """(dtau / dt)^2 of an emitter in the plane."""
-    at = Exact(spin, radius)
-    if name != "plunging" or radius >= kc.isco(spin):
-        orbits = {"static": mpf(0), "fiducial": at.shift, "retrograde": at.circular(-1)}
-        return at.slowness(orbits.get(name, at.circular()))
-    last = Exact(spin, kc.isco(spin))
-    clock, orbital = 1 / mpmath.sqrt(last.slowness(last.circular())), last.circular()
+    at, sense = Exact(spin, radius), -1 if name.startswith("retrograde") else 1
+    innermost = kc.isco(spin, prograde=sense > 0)
+    if not name.endswith("plunging") or radius >= innermost:
+        return at.slowness({"static": mpf(0), "fiducial": at.shift}.get(name, at.circular(sense)))
+    last = Exact(spin, innermost)
+    clock, orbital = 1 / mpmath.sqrt(last.slowness(last.circular(sense))), last.circular(sense)
     # E and L of the last orbit, from its four-velocity.
     v = last.speed(orbital)
     momentum = clock * last.lapse * last.varpi * v
@@ -112,7 +112,8 @@ def test_clocks_of_emitters(name, spin):
     """As exact as radii in double precision are: where clocks nearly stop they depend on them the more."""
     low = {"static": 2.0, "circular": kerr.photon_orbits(spin)[0], "retrograde": kerr.photon_orbits(spin)[1]}
     first = low.get(name, kerr.horizon(spin))
-    radius = np.array([kc.isco(spin), *(first * (1 + part) for part in ABOVE[2:])])
+    innermost = kc.isco(spin, prograde=not name.startswith("retrograde"))
+    radius = np.array([innermost, *(first * (1 + part) for part in ABOVE[2:])])
     radius = radius[radius > first]
     found = EMITTERS[name](spin, radius, np.zeros_like(radius)).slowness
     with mpmath.workdps(60):

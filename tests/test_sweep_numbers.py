@@ -71,7 +71,7 @@ def test_store_holds_what_the_functions_return(at_603):
 
 
 def test_every_variable_has_units_and_an_error_beside_it(at_603):
-    exact = {"cusp_count", "closed", "residual", "image_count", "image_count_on_caustic", "status", "reason"}
+    exact = {"cusp_count", "closed", "residual", "image_count", "image_count_on_caustic", "status", "reason", "digest"}
     shared = {
         "cusp_theta": "cusp",
         "cusp_phi": "cusp",
