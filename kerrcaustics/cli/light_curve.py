@@ -125,8 +125,8 @@ def light_curve(
         if film is not None and kind != "spot":
             raise BadInput("Argument --film must be used with a spot.")
         clock: Any = times if during is None else np.linspace(*during, times)
-        spot = {"crossings": crossings, "motion": motion, "power": power}
-        light: Any = follow(viewer, way, clock, source=kind, max_index=max_index, size=size, **spot, progress=report)
+        asked: dict[str, Any] = {"crossings": crossings, "motion": motion, "power": power, "source": kind}
+        light: Any = follow(viewer, way, clock, max_index=max_index, size=size, **asked, progress=report)
         seconds = time.perf_counter() - began
         if save is not None:
             storage.save(save, light)

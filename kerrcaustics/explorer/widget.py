@@ -114,7 +114,7 @@ def _widget_class() -> Any:
     """The class of the widget, made on demand: anywidget is an extra."""
     anywidget, traitlets = needed("notebook", "anywidget"), needed("notebook", "traitlets")
 
-    class ExplorerWidget(_Answering, anywidget.AnyWidget):
+    class ExplorerWidget(anywidget.AnyWidget, _Answering):
         """The page, and the state that it shows."""
 
         _esm = script("notebook")

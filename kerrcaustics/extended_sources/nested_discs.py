@@ -183,6 +183,7 @@ def integrated(
     dense = np.isin(ends, kinks).tolist()
     parts: list[_Measured] = []
     ranges = [_Range(*pair, *dense[i : i + 2]) for i, pair in enumerate(pairwise(ends.tolist()))]
+    light, own, missing = np.zeros((3, len(of_area)))
     for _ in in_steps("round of radii", range(1 + max(_MOST_RANGES - len(ranges), 0))):
         parts += [_measured(columns, of, source, of_area) for of in ranges]
         light = source.light * of_area - np.sum([part.integral for part in parts], axis=0)

@@ -223,6 +223,7 @@ def _curve(
     residual = np.fmax(points.miss(radius) + points.error, own)
     error = residual / points.gradient + _ROUNDING
     light = measured_light(lens_map, seen, points.sky, error, residual=residual)
+    by_radius = residual * _by_radius(lens_map, surface.emitter, points)
     return Isoradial(
         camera=viewer,
         crossing=surface.crossing,
@@ -231,7 +232,7 @@ def _curve(
         azimuth=np.unwrap(light.azimuth),
         error=light.error,
         redshift=light.redshift,
-        redshift_error=light.redshift_error + residual * _by_radius(lens_map, points) * np.abs(light.redshift),
+        redshift_error=light.redshift_error + by_radius * np.abs(light.redshift),
         width=lens_map.sky.lengths(points.sky) / (radius * points.gradient),
         edge_phase=points.edge_phase,
         closed=closed,
@@ -240,12 +241,12 @@ def _curve(
     )
 
 
-def _by_radius(lens_map: LensMap, points: Crossings) -> Float[Array, " points"]:
+def _by_radius(lens_map: LensMap, emitter_name: str, points: Crossings) -> Float[Array, " points"]:
     """The size of d ln redshift / d ln r of emitters that photons of points meet; infinite if there are none beside.
 
     The radius at which a photon of known constants arrives has an error of its own.
     """
-    camera, emitter = lens_map.sky.search_camera, EMITTERS[lens_map.surface.emitter]
+    camera, emitter = lens_map.sky.search_camera, EMITTERS[emitter_name]
     photon = photon_of(camera.frame(), tuple(points.sky.T))
 
     def log_ratio(sign: int, outward: bool) -> Array:

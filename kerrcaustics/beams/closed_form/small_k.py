@@ -192,7 +192,7 @@ def _horizon_poles(spin: Reals, photon: Photon, place: _Outward) -> tuple[ellipt
     return pole, jnp.log(first / second) / 2
 
 
-def _of_both_horizons(outer: Reals, inner: Reals, axes: int) -> Reals:
+def _of_both_horizons(outer: Reals, inner: Reals, axes: int) -> jax.Array:
     """Two values in one array, for rays with so many axes: the values are those of all rays, or of each."""
     values = jnp.stack([outer, inner])
     return values.reshape(2, *(1,) * (axes + 1 - values.ndim), *values.shape[1:])
