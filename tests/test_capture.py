@@ -209,12 +209,14 @@ def test_part_of_the_sky_that_escapes_next_to_an_extremal_hole():
     assert 1 - dark_part(shadow_edge(EXTREMAL[0], 4000)) == pytest.approx(0.54702, abs=1e-5)
 
 
-def test_no_step_along_the_edge_is_longer_than_twice_the_mean():
-    for spin in (0.0, 0.9, 0.999, 1 - 1e-6, 1 - 1e-9, 1 - 1e-14):
-        for inclination in (math.pi / 2, 1.2, 0.3, 0.0):
-            radii = kerr.isco(spin), 3.0, 50.0, 1e8
+@pytest.mark.parametrize(
+    "spin", [0.999, 1 - 1e-14, *(pytest.param(a, marks=pytest.mark.slow) for a in (0.0, 1 - 1e-6, 1 - 1e-9))]
+)
+def test_no_step_along_the_edge_is_longer_than_twice_the_mean(spin):
+    for inclination in (math.pi / 2, 1.2, 0.0):
+        for radius in (kerr.isco(spin), 3.0, 1e8):
             velocities = "fiducial", (0.0, 0.0, 0.9), (-0.99, 0.0, 0.0), (0.3, 0.9, -0.1)
-            cameras = [Camera(spin, radius, inclination, velocity) for radius in radii for velocity in velocities]
+            cameras = [Camera(spin, radius, inclination, velocity) for velocity in velocities]
             for viewer in (*cameras, Observer(spin=spin, inclination=inclination)):
                 edge = shadow_edge(viewer, 180)
                 steps = np.linalg.norm(np.roll(edge, -1, axis=0) - edge, axis=1)

@@ -91,6 +91,7 @@ def test_errors_of_falls_hold_the_truth(name):
         assert claim.error < 1e-9
 
 
+@pytest.mark.slow
 def test_errors_grow_away_from_the_release():
     motion = kc.Orbit.geodesic(4.0, velocity=CIRCLE, time=50.0).about(0.0, (-60.0, 130.0))
     times = np.linspace(-59, 129, 41)
@@ -102,6 +103,7 @@ def test_errors_grow_away_from_the_release():
     assert rise == pytest.approx(math.sqrt(6 / 4 - 1) / 8, rel=0.15)
 
 
+@pytest.mark.slow
 def test_a_fall_that_rounding_decides_is_named_so():
     slower = (0.0, 0.0, CIRCLE[2] * (1 - 1e-13))
     motion = kc.Orbit.geodesic(4.0, velocity=slower).about(0.0, (0.0, 400.0))

@@ -475,6 +475,7 @@ def test_circular_paths_stay_on_their_circle(place, heading, scene):
     assert first.radius == last.radius and constants(last) == pytest.approx(constants(first), abs=1e-12)
 
 
+@pytest.mark.slow
 def test_unstable_paths_that_are_no_exact_circles_are_refused(scene):
     """As are none that are stable, or end early."""
     speed = kc.Camera(0.0, 4.0, velocity="circular").fido_velocity()[2]

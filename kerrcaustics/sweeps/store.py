@@ -194,7 +194,12 @@ def store_at(path: Path, scene: Scene) -> Iterator[Store]:
 def opened_again(path: Path) -> Store:
     """The store of a sweep that is running, for a worker; a ValueError if it is no longer there."""
     _check_in_place(path)
-    return Store(path)
+    try:
+        return Store(path)
+    except ValueError:
+        # It may have gone in between.
+        _check_in_place(path)
+        raise
 
 
 def _check_in_place(path: Path) -> None:
