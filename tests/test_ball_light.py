@@ -57,6 +57,7 @@ def passes_at(place, mirrored):
 
 
 @pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.stand_ins
 def test_the_area_of_an_image_does_not_depend_on_derivatives(mirrored):
     def brought(sights, aim):
         return passes_at((aim[:, 0] + 1j * aim[:, 1]) / SIZE, mirrored), np.ones(len(aim), bool)

@@ -90,6 +90,7 @@ def test_a_point_may_pass_behind_the_camera():
         assert emitted + images.time[0] == pytest.approx(time, abs=1e-6)
 
 
+@pytest.mark.stand_ins
 def test_without_any_image_the_flux_is_unknown():
     source, curves = SimpleNamespace(searched=search_sky(CAMERA)), ImageCurves((), (), ("in doubt",))
     images = seen_images(source, [], [])

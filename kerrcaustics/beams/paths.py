@@ -127,7 +127,6 @@ class RayPaths(SpacePoints):
     beams: PathBeams | None = quantity("", "", "the beams at the places; None unless requested", default=None)
 
 
-@own_settings()
 @usual_warnings
 def ray_paths(
     camera: Viewer,
@@ -198,6 +197,7 @@ def ray_paths(
     return replace(paths, beams=replace(paths.beams, jacobian=by_places))
 
 
+@own_settings()
 def paths_of_directions(
     camera: Viewer,
     directions: ArrayLike,

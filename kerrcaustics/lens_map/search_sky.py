@@ -84,8 +84,8 @@ class SearchSky:
         return 0.0
 
     def viewer_time(
-        self, time: Float[Array, " n"], error: Float[Array, " n"]
-    ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+        self, time: Float[Array, "*batch"], error: Float[Array, "*batch"]
+    ) -> tuple[Float[Array, "*batch"], Float[Array, "*batch"]]:
         """Times to the search camera and their errors, as times to the viewer."""
         start = self.viewer.frame().start - self.search_camera.frame().start
         return time + start, error + np.spacing(start)

@@ -52,7 +52,7 @@ class SeenImages:
     reached: Bool[Array, " n"]
 
 
-def seen_images(source: Source, branches: list[Branch], times: list[Float[Array, " n"]]) -> list[SeenImages]:
+def seen_images(source: Source, branches: list[Branch], times: list[Float[Array, " _"]]) -> list[SeenImages]:
     """The images of branches at times of the viewer, for each branch some within its life."""
     if not branches:
         return []
