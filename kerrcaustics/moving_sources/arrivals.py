@@ -260,7 +260,7 @@ class Arrivals:
 
     @cached_property
     def orbit_errors(self) -> "OrbitErrors":
-        """What the errors of the orbit make of this light."""
+        """Errors of the emission time, the place and the light that follow from those of the orbit."""
         errors, radius = self.source.motion.errors(self.time), self.places.radius
         scales = np.stack(self._scales, axis=-1) * radius[:, None]
         longest = np.maximum(scales[:, 0], scales[:, 1:].max(axis=1) / radius)

@@ -269,7 +269,7 @@ class Ball:
                 break
             at, way, sights = now[active], ahead[active], starts[walker[active]]
             near = np.isfinite(high[active])
-            h = np.where(near, _between(low, high, left_low, left_high)[active], step[active])
+            h = np.where(near, _between(*(x[active] for x in (low, high, left_low, left_high))), step[active])
             trial, left, turned, gone, room = self._ahead(sights, at, way, h)
             beyond, within = left <= 0, left > 0
             high[active[beyond]], left_high[active[beyond]] = h[beyond], left[beyond]

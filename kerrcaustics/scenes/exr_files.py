@@ -32,7 +32,7 @@ class ExrChannels(NamedTuple):
 
 
 def exr_channels(path: Path) -> ExrChannels:
-    """What is light in a file, from its header; an OSError with the reason if that is not known."""
+    """The channels of light in a file, from its header; an OSError with the reason if they are not known."""
     with needed("exr", "OpenEXR").File(str(path), header_only=True) as file:
         parts = [{c.name: c.xSampling == c.ySampling == 1 for c in part.header["channels"]} for part in file.parts]
         low, high = file.header()["dataWindow"]

@@ -117,7 +117,7 @@ class ImageGroup:
     def _by_integral(
         self, curve: NearestCurve, omega: Float[Array, " frequencies"], share: Float[Array, " frequencies"]
     ) -> Field:
-        """One integral along the nearest curve; images in its gap in pairs."""
+        """The field by an integral along the nearest curve; images in its gap in pairs."""
         value, most = curve.field(omega), np.sqrt(omega) * curve.brightest
         # What the images would be without their phases, but on a caustic no more than there can be.
         size = np.maximum(np.abs(value), np.minimum(most, self._apart))

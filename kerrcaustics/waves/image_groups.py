@@ -133,7 +133,7 @@ def _is_summed(curve: NearestCurve | None, sheets: Sheets, order: int, star: Flo
 
 
 def _fainter(one: WaveImages, other: WaveImages) -> WaveImages:
-    """Those with smaller amplitudes."""
+    """The images with smaller amplitudes."""
     return one if np.linalg.norm(one.amplitude) <= np.linalg.norm(other.amplitude) else other
 
 
