@@ -39,7 +39,7 @@ ALL_BUT = {
         *("circles", "event_derivatives", "events", "following", "isoradials"),
         *("light_curves", "lines", "track", "tracks"),
     ),
-    "extended_sources": ("magnification",),
+    "extended_sources": ("magnification", "profiles"),
     "moving_sources": ("light_curve", "source_light"),
     "waves": ("amplification", "pattern"),
 }

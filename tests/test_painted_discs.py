@@ -56,6 +56,7 @@ class PlainChart(Patch):
         return ChartRays(sky, place, self.disc.height(place), 0 * one, index, one, 0 * one)
 
 
+@pytest.mark.stand_ins
 @pytest.mark.parametrize("most", [contours.MOST_RAYS, 2500])
 def test_curves_on_a_chart_report_progress_and_are_given_up_in_the_end(monkeypatch, most):
     monkeypatch.setattr(contours, "MOST_RAYS", most)

@@ -75,7 +75,7 @@ def critical_arcs(
     low, high, left, right = low[inside], high[inside], left[inside], right[inside]
     if not len(low):
         return _none(), ()
-    parts = np.ceil((high - low) / _LONGEST).astype(int)
+    parts = np.ceil((high - low) / _LONGEST).astype(int).tolist()
     ends = [np.linspace(a, b, n + 1) for a, b, n in zip(low, high, parts, strict=True)]
     numbers = []
     for a, b, n in zip(left, right, parts, strict=True):

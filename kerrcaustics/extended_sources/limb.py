@@ -147,7 +147,9 @@ class Limb:
             first += int((~kept).sum())
         return parts[0].joined(*parts[1:]), bad[-1]
 
-    def _halved(self, guessed: GuessedArcs, points: _Places, size: _OfArcs, first: int) -> tuple[GuessedArcs, _OfArcs]:
+    def _halved(
+        self, guessed: GuessedArcs, points: _Places, size: _OfArcs, first: int
+    ) -> tuple[GuessedArcs, Float[Array, " halves"]]:
         """Both halves of arcs, and their sizes; points: at `NODES`; first: number of the first new node."""
         links, whole = guessed.links, with_ends(guessed.start, points, guessed.stop)
         middle = self._on_limb(unit(along(_TO_MIDDLE, whole))[:, 0], guessed, np.zeros(len(links)), size)

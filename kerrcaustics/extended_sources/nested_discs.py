@@ -108,7 +108,7 @@ class _Measured:
     brightness: Brightness
 
     @cached_property
-    def _panels(self) -> tuple[Float[Array, " panels+1"], Float[Array, " panels"]]:
+    def _panels(self) -> tuple[Float[Array, " ends"], Float[Array, " panels"]]:
         """Ends of the panels of the profile in this range, as places, and the residuals of the profile there."""
         ends, low, high = self.brightness.ends, self.range.low, self.range.high
         inner = ends[(ends > low) & (ends < high)]
@@ -178,7 +178,7 @@ def integrated(
     wanted : (columns,) array
         Errors by the lack of radii at which ranges between kinks are not halved any further.
     """
-    of_area = whole[0] / source.area(np.array(math.pi / 2))
+    of_area = whole[0] / source.area(np.array([math.pi / 2]))
     ends = np.unique(np.concatenate([[0.0], kinks, [math.pi / 2]]))
     dense = np.isin(ends, kinks).tolist()
     parts: list[_Measured] = []

@@ -38,7 +38,7 @@ class Brightness:
 
     words: str
     """The profile as users see it."""
-    ends: Float[Array, " panels+1"]
+    ends: Float[Array, " ends"]
     """Ends of the panels, from 0 to pi / 2."""
     series: Float[Array, "panels terms"]
     """Coefficients of Legendre's polynomials in each panel."""
