@@ -57,6 +57,15 @@ def size_of(path: str | os.PathLike[str]) -> tuple[int, int]:
         return size
 
 
+def has_bytes(path: str | os.PathLike[str]) -> bool:
+    """True for PNG and JPEG files of at most 8 bits a channel."""
+    with _readable(path) as name:
+        if _is_exr(name):
+            return False
+        with _opened(name) as file:
+            return file.mode != "I;16"
+
+
 def rows_of(path: str | os.PathLike[str]) -> Iterator[LightRows]:
     """The rows of a picture from above, in blocks."""
     rows, columns = size_of(path)

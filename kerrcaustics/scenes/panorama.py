@@ -15,7 +15,7 @@ from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.colour import shift_of
 from kerrcaustics.scenes.footprint import ASPECT, Footprint, averaged
-from kerrcaustics.scenes.light_files import rows_of, size_of
+from kerrcaustics.scenes.light_files import has_bytes, rows_of, size_of
 from kerrcaustics.scenes.scene_checks import check_brightness, check_light, check_light_of_file, check_number, not_light
 from kerrcaustics.scenes.sphere_pyramid import SphereRows, looked_up, pyramid
 from kerrcaustics.spacetime.checks import flags, quoted, real_array
@@ -26,6 +26,9 @@ Array = np.ndarray
 _FEWEST_ROWS, _MOST_ROWS = 4, 8192
 # Rows of arrays that are smoothed together.
 _BLOCK = 64
+# Rows from which a file of 8 bits a channel is held in half precision, which is finer than they are, and the factors of
+# its light for which that is so.
+_LARGE, _LOWEST, _HIGHEST = 4096, 0.1, 1e4
 
 
 class Panorama:
@@ -86,15 +89,21 @@ class Panorama:
         if not _FEWEST_ROWS <= len(picture) <= _MOST_ROWS:
             raise ValueError(f"Argument `light` must have {_FEWEST_ROWS} to {_MOST_ROWS} rows, but has {len(picture)}.")
         check_light("light", picture)
-        self._hold(len(picture), _blocks(picture, mirror), oriented(orientation, mirror), aspect, spectrum)
+        self._hold(len(picture), _blocks(picture, mirror), oriented(orientation, mirror), spectrum, aspect)
 
     def _hold(
-        self, rows: int, blocks: Iterable[SphereRows], orientation: Array, aspect: float, spectrum: ArrayLike | None
+        self,
+        rows: int,
+        blocks: Iterable[SphereRows],
+        orientation: Array,
+        spectrum: ArrayLike | None,
+        aspect: float = ASPECT,
+        precision: type[np.floating] = np.float32,
     ) -> None:
         """Take over the rows of a chart."""
         check_number("aspect", aspect, "be a finite number from 1 on", lambda ratio: 1 <= ratio < math.inf)
         self.orientation, self.rows, self.aspect, self._shift = orientation, rows, aspect, shift_of(spectrum)
-        self._levels = pyramid(rows, blocks)
+        self._levels = pyramid(rows, blocks, precision)
 
     def __repr__(self) -> str:
         """Return a line with its size."""
@@ -128,10 +137,13 @@ class Panorama:
         """
         check_brightness(brightness)
         flags(mirror=mirror)
-        chart = mirror != plate_carree.is_fits(path)
-        rows, blocks = _fits_rows(path) if plate_carree.is_fits(path) else _picture_rows(path)
+        fits = plate_carree.is_fits(path)
+        chart = mirror != fits
+        rows, blocks = _fits_rows(path) if fits else _picture_rows(path)
+        half = rows >= _LARGE and _LOWEST <= brightness <= _HIGHEST and not fits and has_bytes(path)
         panorama, turn = cls.__new__(cls), oriented(orientation, chart)
-        panorama._hold(rows, _as_chart(path, blocks, chart, brightness), turn, ASPECT, spectrum)
+        light = _as_chart(path, blocks, chart, brightness)
+        panorama._hold(rows, light, turn, spectrum, precision=np.float16 if half else np.float32)
         return panorama
 
     @classmethod

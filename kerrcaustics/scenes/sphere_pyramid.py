@@ -8,11 +8,12 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Float32
+from jaxtyping import Float, Float16, Float32
 
 from kerrcaustics.results.progress import report
 
 Array = np.ndarray
+Level = Float32[Array, "channels h w"] | Float16[Array, "channels h w"]
 
 # The coarsest level has at least so many rows; pixels of blocks; and the work on the finest level, as part of all.
 _COARSEST, _BLOCK, _FINEST = 4, 1 << 19, 0.75
@@ -29,38 +30,36 @@ class SphereRows(NamedTuple):
     """Light; one channel under all of them is grey."""
 
 
-def pyramid(rows: int, blocks: Iterable[SphereRows]) -> list[Float32[Array, "channels _h _w"]]:
+def pyramid(rows: int, blocks: Iterable[SphereRows], precision: type[np.floating] = np.float32) -> list[Level]:
     """The levels of a picture with so many rows, each half as fine as the one before: of what is grey, one channel.
 
-    Each is smoothed along its rows.
+    Each is smoothed along its rows. In half precision, np.float16, light between 1e-4 and 6e4 keeps four digits.
     """
-    levels = [_padded(_finest(rows, blocks))]
+    levels = [_padded(_finest(rows, blocks, precision))]
     while len(levels[-1][0]) % 2 == 0 and (len(levels[-1][0]) - 2) // 2 >= _COARSEST:
         levels.append(_padded(_halved(levels[-1])))
     return levels
 
 
-def looked_up(
-    padded: Float32[Array, "channels h w"], down: Float[Array, " m"], right: Float[Array, " m"]
-) -> Float32[Array, "channels m"]:
+def looked_up(padded: Level, down: Float[Array, " m"], right: Float[Array, " m"]) -> Float32[Array, "channels m"]:
     """Light (channels, m) at parts of the height and width of a level, linear between pixels."""
     rows, columns = padded.shape[1] - 2, padded.shape[2] - 2
     y, x = down * rows + 0.5, right * columns + 0.5
     i, j = np.minimum(y.astype(int), rows), np.minimum(x.astype(int), columns)
     v, u = (y - i).astype(np.float32), (x - j).astype(np.float32)
-    start, below = i * (columns + 2) + j, columns + 2
+    start, steps = i * (columns + 2) + j, (0, 1, columns + 2, columns + 3)
     light = np.empty((len(padded), len(start)), np.float32)
     for k, channel in enumerate(padded.reshape(len(padded), -1)):
-        first, second, third, last = (channel[step:].take(start) for step in (0, 1, below, below + 1))
+        first, second, third, last = (channel[step:].take(start).astype(np.float32, copy=False) for step in steps)
         upper, lower = first + u * (second - first), third + u * (last - third)
         light[k] = upper + v * (lower - upper)
     return light
 
 
-def _finest(rows: int, blocks: Iterable[SphereRows]) -> Float32[Array, "channels h+2 w+2"]:
+def _finest(rows: int, blocks: Iterable[SphereRows], precision: type[np.floating]) -> Level:
     """The finest level, without its margin."""
     # Memory that is not written to is not taken: the second and third channel are, from the first colour on.
-    level, coloured, done = np.empty((3, rows + 2, 2 * rows + 2), np.float32), False, 0
+    level, coloured, done = np.empty((3, rows + 2, 2 * rows + 2), precision), False, 0
     inner = level[:, 1:-1, 1:-1]
     for first, channels, light in blocks:
         place = slice(first, first + len(light))
@@ -76,11 +75,11 @@ def _finest(rows: int, blocks: Iterable[SphereRows]) -> Float32[Array, "channels
     return level if coloured else level[:1]
 
 
-def _halved(padded: Float32[Array, "channels h w"]) -> Float32[Array, "channels _h _w"]:
+def _halved(padded: Level) -> Level:
     """The next level, without its margin: means of two by two pixels, weighted by their areas on the sphere."""
     rows = padded.shape[1] // 2 - 1
     weight = np.sin((np.arange(2 * rows) + 0.5) * math.pi / (2 * rows)).astype(np.float32).reshape(-1, 2, 1)
-    level = np.empty((len(padded), rows + 2, 2 * rows + 2), np.float32)
+    level = np.empty((len(padded), rows + 2, 2 * rows + 2), padded.dtype)
     count = max(_BLOCK // (4 * rows), 1)
     for first in range(0, rows, count):
         share = weight[first : first + count]
@@ -108,7 +107,7 @@ def _smoothed(light: Float32[Array, "channels n w"], first: int, rows: int) -> F
     return np.maximum(smooth, 0).astype(np.float32)
 
 
-def _padded(level: Float32[Array, "channels h w"]) -> Float32[Array, "channels h w"]:
+def _padded(level: Level) -> Level:
     """The level with its margin: the other edge's pixels at the sides, those beyond the pole above and below."""
     half = level.shape[2] // 2 - 1
     for edge, next_row in ((0, 1), (-1, -2)):
