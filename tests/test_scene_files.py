@@ -547,6 +547,7 @@ def test_a_turned_disk_is_seen_as_from_another_azimuth():
 
 BAD = [
     ("hole.spin=1", "hole.spin must lie in [0, 1), but is 1."),
+    ("hole.spin=-0.5", "hole.spin must lie in [0, 1), but is -0.5: the mirror image, spin 0.5 with azimuths"),
     ("hole.charge=1", "hole: unknown key `charge`"),
     ("camera.radius=1.2", "camera.radius must be larger than the horizon radius 1.8, but is 1.2."),
     ("camera.radius=far", "camera.radius must be a number, but is 'far'."),

@@ -202,7 +202,8 @@ def images(
     Errors
     ------
     For sky, 1e-13 or so times the ratio of the beam's major diameter to its minor one; for magnification, that times
-    the same ratio. As for `direction`, each derivative loses one more power of it.
+    the same ratio. As for `direction`, each derivative loses one more power of it. These are absolute: from afar, where
+    the direct image hardly changes, its derivatives have few digits.
 
     Notes
     -----

@@ -9,7 +9,8 @@ import numpy as np
 from jax.core import Tracer
 from jaxtyping import Array, Float
 
-from kerrcaustics.spacetime.checks import real_array
+from kerrcaustics.spacetime.checks import quoted, real_array
+from kerrcaustics.spacetime.kerr import if_mirrored
 from kerrcaustics.spacetime.viewer import LARGEST_RADIUS
 
 
@@ -18,7 +19,8 @@ def _check_place(spin: Array, radius: Array, inclination: Array) -> None:
     check_shapes(spin, radius, inclination)
     if not isinstance(spin, Tracer):
         if not ((spin >= 0) & (spin < 1)).all():
-            raise ValueError("Argument `spin` must lie in [0, 1).")
+            wrong = float(spin[~((spin >= 0) & (spin < 1))][0])
+            raise ValueError(f"Argument `spin` must lie in [0, 1), but is {quoted(wrong)}{if_mirrored(wrong)}")
         horizon = 1 + jnp.sqrt((1 - spin) * (1 + spin))
         if not isinstance(radius, Tracer) and not ((radius > horizon) & (radius <= LARGEST_RADIUS)).all():
             raise ValueError("Argument `radius` must be larger than the horizon radius, and at most 1e9.")

@@ -24,6 +24,7 @@ from kerrcaustics.lens_map.sky_chart import Chart, chart_of
 from kerrcaustics.moving_sources.bent_steps import bent_step
 from kerrcaustics.orbits.motions import BodyMotion, BodyPlaces
 from kerrcaustics.orbits.orbit import clock_rates
+from kerrcaustics.spacetime.kerr import horizon_product
 from kerrcaustics.spacetime.sphere import flattened, lengths, tangent_basis
 
 Array = np.ndarray
@@ -164,7 +165,7 @@ class Arrivals:
     @property
     def _delta(self) -> Array:
         r = self.beams.radius
-        return r * (r - 2) + self.source.spin**2
+        return horizon_product(self.source.spin, r)
 
     @cached_property
     def radial_root(self) -> tuple[Array, Array]:

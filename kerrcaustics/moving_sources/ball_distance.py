@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from kerrcaustics.moving_sources.arrivals import Arrivals
+from kerrcaustics.spacetime.kerr import horizon_product
 from kerrcaustics.spacetime.sphere import polar_basis
 
 Array = np.ndarray
@@ -73,7 +74,7 @@ def _wave_vector(rays: Arrivals) -> _Events:
     a, r, n = rays.source.spin, rays.beams.radius, rays.beams.direction
     (p_r, p_theta, around), b = rays.momentum, np.asarray(rays.beams.impact)
     square = n[:, 0] ** 2 + n[:, 1] ** 2
-    sigma, delta = r * r + (a * n[:, 2]) ** 2, r * (r - 2) + a * a
+    sigma, delta = r * r + (a * n[:, 2]) ** 2, horizon_product(a, r)
     lead = (r * r + a * a - a * b) / delta
     time = (r * r + a * a) * lead + a * (b - a * square)
     turn = around + a * (lead - 1) * np.sqrt(square)
@@ -86,7 +87,7 @@ def _product(spin: float, place: Float[Array, "n 3"], first: _Events, second: _E
     """The product of two vectors in the metric at places: that of Boyer and Lindquist, regular on the axis."""
     r = np.sqrt((place**2).sum(axis=1))
     n = place / r[:, None]
-    sigma, delta = r * r + (spin * n[:, 2]) ** 2, r * (r - 2) + spin * spin
+    sigma, delta = r * r + (spin * n[:, 2]) ** 2, horizon_product(spin, r)
     outward = [(part[:, 1:] * n).sum(axis=1) for part in (first, second)]
     aside = [(part[:, 1:] - out[:, None] * n) / r[:, None] for part, out in zip((first, second), outward, strict=True)]
     # sin^2 theta dphi.

@@ -23,6 +23,7 @@ from kerrcaustics.moving_sources.arrivals import Arrivals, Source, solved
 from kerrcaustics.moving_sources.ball_distance import separation
 from kerrcaustics.moving_sources.seen_images import size_and_ratio
 from kerrcaustics.moving_sources.walks import replaced
+from kerrcaustics.spacetime.kerr import horizon_product
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import lengths, tangent_basis
 from kerrcaustics.tracks.level_curves.branches import Cubics
@@ -125,7 +126,7 @@ def along_sky(sky: Float[Array, "n 3"], step: Float[Array, "n 2"]) -> Float[Arra
 def _form(rays: Arrivals) -> Float[Array, "n 3 3"]:
     """The metric across the rays at the source, for dr, dtheta, sin theta dphi."""
     a, r, z = rays.source.spin, rays.places.radius, rays.places.vector[:, 2]
-    square, delta, sigma = 1 - z * z, r * (r - 2) + a * a, r * r + (a * z) ** 2
+    square, delta, sigma = 1 - z * z, horizon_product(a, r), r * r + (a * z) ** 2
     p = np.stack(rays.momentum, axis=-1)
     form = np.zeros((len(r), 3, 3))
     form[:, 0, 0], form[:, 1, 1] = sigma / delta, sigma

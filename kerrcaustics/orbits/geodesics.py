@@ -75,7 +75,7 @@ class FallConstants:
         """dt / dMino and dpsi / dMino; sine_2: squared sine of the polar angle."""
         a, r = self.spin, 1 / u
         square = r * r + a * a
-        pull = (self.energy * square - a * self.momentum) / (r * (r - 2) + a * a)
+        pull = (self.energy * square - a * self.momentum) / kerr.horizon_product(a, r)
         return a * (self.momentum - a * self.energy * sine_2) + square * pull, a * (pull - self.energy)
 
     def slope(self, _: float, y: Array) -> list[float]:

@@ -14,6 +14,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import ArrayLike
 
+from kerrcaustics.spacetime.kerr import horizon_product
+
 Array = np.ndarray
 
 # Harmonics of the series, and the places that they are taken from; those left out are the error.
@@ -85,7 +87,7 @@ def _potential(spin: float, u: Array, inclination: Array, excess: Array, swing: 
 def _schmidt(spin: float, r: Array, inclination: Array) -> tuple[Array, Array]:
     """E and c of f E^2 - 2 g E c - h c^2 = d and of its derivative by the radius, after Schmidt 2002."""
     a2, z2, w2, sense = spin**2, np.sin(inclination) ** 2, np.cos(inclination) ** 2, np.cos(inclination)
-    delta, slope = r * (r - 2) + a2, 2 * (r - 1)
+    delta, slope = horizon_product(spin, r), 2 * (r - 1)
     d, d_r = delta * (r * r + z2 * a2), slope * (r * r + z2 * a2) + 2 * r * delta
     f, f_r = r**4 + a2 * (r * (r + 2) + z2 * delta), 4 * r**3 + a2 * (slope + 4 + z2 * slope)
     g, g_r = 2 * spin * r * sense, 2 * spin * sense
@@ -182,7 +184,7 @@ class SphericalOrbits:
         beta = a**2 * (1 - energy) * (1 + energy)
         tilt, up, flat = (self._column(part, chi) for part in (np.cos(self.inclination), self._up, self._flat))
         swing, pace = np.sqrt(carter + momentum**2 - beta * up**2), self._pace(chi)
-        pull = (energy * (r * r + a * a) - a * momentum) / (r * (r - 2) + a * a)
+        pull = (energy * (r * r + a * a) - a * momentum) / horizon_product(a, r)
         t_rate = a * (momentum - a * energy * (1 - (up * np.sin(chi)) ** 2)) + (r * r + a * a) * pull
         turn = a * (pull - energy) / pace - tilt * beta / (pace * (swing + pace))
         # Kepler's law holds exactly in the plane.

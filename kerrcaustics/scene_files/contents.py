@@ -30,7 +30,7 @@ class SceneTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_onl
 class HoleTable(SceneTable, kw_only=True, frozen=True):
     """The hole."""
 
-    spin: Annotated[float, Meta(ge=0, lt=1)]
+    spin: float
 
 
 class ValueAt(SceneTable, kw_only=True, frozen=True):

@@ -9,6 +9,7 @@ from typing import Any, NoReturn, get_args
 from kerrcaustics.choices import VelocityName, either
 from kerrcaustics.scene_files.contents import CAMERA_VIEW, SCREEN, Contents, GeodesicTable, PathTable
 from kerrcaustics.spacetime.checks import quoted
+from kerrcaustics.spacetime.kerr import checked_spin
 
 # Names of arguments that are keys under another name, in degrees.
 _KEYS = {"inclination": "inclination_deg", "field_of_view": "field_of_view_deg", "forward": "look", "up": "look"}
@@ -59,6 +60,8 @@ def about(table: str, **keys: str) -> Iterator[None]:
 def check_contents(contents: Contents) -> None:
     """Raise ValueError for entries of a scene that exclude each other or lack each other."""
     camera, film = contents.camera, contents.film
+    with about("hole"):
+        checked_spin(contents.hole.spin)
     _check_either("camera", camera, "radius", "path")
     if camera.path is not None:
         for key in ("inclination_deg", "azimuth_deg"):

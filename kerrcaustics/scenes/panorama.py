@@ -28,7 +28,7 @@ _FEWEST_ROWS, _MOST_ROWS = 4, 8192
 _BLOCK = 64
 # Rows from which a file of 8 bits a channel is held in half precision, which is finer than they are, and the factors of
 # its light for which that is so.
-_LARGE, _LOWEST, _HIGHEST = 4096, 0.1, 1e4
+LARGE, _LOWEST, _HIGHEST = 4096, 0.1, 1e4
 
 
 class Panorama:
@@ -140,7 +140,7 @@ class Panorama:
         fits = plate_carree.is_fits(path)
         chart = mirror != fits
         rows, blocks = _fits_rows(path) if fits else _picture_rows(path)
-        half = rows >= _LARGE and _LOWEST <= brightness <= _HIGHEST and not fits and has_bytes(path)
+        half = rows >= LARGE and _LOWEST <= brightness <= _HIGHEST and not fits and has_bytes(path)
         panorama, turn = cls.__new__(cls), oriented(orientation, chart)
         light = _as_chart(path, blocks, chart, brightness)
         panorama._hold(rows, light, turn, spectrum, precision=np.float16 if half else np.float32)

@@ -189,11 +189,17 @@ def isco(spin: ArrayLike, prograde: bool = True) -> float | HostReals:
     return _isco(spin, prograde)
 
 
-def _isco(spin: Any, prograde: bool) -> float:
-    """Its radius for one spin."""
+def checked_spin(spin: Any) -> float:
+    """The spin of a hole; ValueError for what is none."""
     a = real_number("spin", spin)
     if not 0 <= a < 1:
         raise ValueError(f"Argument `spin` must lie in [0, 1), but is {quoted(spin)}{if_mirrored(a)}")
+    return a
+
+
+def _isco(spin: Any, prograde: bool) -> float:
+    """Its radius for one spin."""
+    a = checked_spin(spin)
     with_spin, against = math.log1p(a), math.log1p(-a)
     # 3 - Z_1, of which either term alone is of the first order in the spin.
     rest = -math.expm1((2 * with_spin + against) / 3) - math.expm1((with_spin + 2 * against) / 3)

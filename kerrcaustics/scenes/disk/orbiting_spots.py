@@ -291,7 +291,7 @@ class _FidoFrames(NamedTuple):
         sine = np.maximum(np.hypot(x, y), 1e-300)
         east = np.stack([-y / sine, x / sine, np.zeros_like(z)], axis=-1)
         south = np.stack([z * x / sine, z * y / sine, -sine], axis=-1)
-        sigma, delta = r * r + (spin * z) ** 2, r * (r - 2) + spin**2
+        sigma, delta = r * r + (spin * z) ** 2, kerr.horizon_product(spin, r)
         big = (r * r + spin**2) ** 2 - spin**2 * delta * sine**2
         scales = np.sqrt(np.stack([sigma / delta, sigma, big / sigma]))
         return cls(south, east, scales, sine, sigma, np.sqrt(sigma * delta / big), 2 * spin * r / big)

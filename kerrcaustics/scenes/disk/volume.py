@@ -21,6 +21,7 @@ from kerrcaustics.scenes.scene_checks import (
     positive,
 )
 from kerrcaustics.spacetime.checks import numbers, quoted, real_array
+from kerrcaustics.spacetime.kerr import horizon_product
 
 Array = np.ndarray
 Law = Callable[[Array, Array, Array], Any]
@@ -314,7 +315,7 @@ class Volume:
         a, r = spin, radius
         c2, s2 = np.cos(theta) ** 2, np.sin(theta) ** 2
         sigma = r * r + a * a * c2
-        big = (r * r + a * a) ** 2 - a * a * (r * (r - 2) + a * a) * s2
+        big = (r * r + a * a) ** 2 - a * a * horizon_product(a, r) * s2
         orbital = self._orbital(spin, radius, theta, 2 * a * r / big)
         # -(g_tt + 2 Omega g_tphi + Omega^2 g_phiphi).
         slowness = 1 - 2 * r / sigma * (1 - a * s2 * orbital) ** 2 - (r * r + a * a) * s2 * orbital**2
