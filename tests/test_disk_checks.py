@@ -109,7 +109,7 @@ def histogram(camera, inner, outer, power, edges, crossing, side, half, motion):
 def test_profile_is_that_of_many_rays(crossing, inner, motion):
     edges = np.linspace(0.0, 1.5, 16)
     found = kc.line_profile(NEAR, inner, 12.0, 2.0, crossing=crossing, motion=motion, bins=edges)
-    reported, _ = histogram(NEAR, inner, 12.0, 2.0, edges, crossing, 350, 0.5, motion)
+    reported, _ = histogram(NEAR, inner, 12.0, 2.0, edges, crossing, 500 if crossing == 1 else 350, 0.5, motion)
     assert np.abs(found.flux - reported).max() < (0.02 if crossing == 1 else 0.03) * found.flux.max()
     assert found.flux.sum() == pytest.approx(reported.sum(), rel=2e-3 if crossing == 1 else 1e-2)
 
