@@ -144,7 +144,7 @@ def amplification(
     >>> camera = kc.Camera(spin=0.9, radius=10)
     >>> seen = kc.amplification(camera, (1.4, 2.9), [1.0, 10.0], max_index=1)
     >>> seen.method.tolist()
-    ['line', 'line']
+    ['line', 'images']
     """
     check_viewer(viewer)
     surface = search_surface(viewer, end)
