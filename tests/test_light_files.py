@@ -197,16 +197,17 @@ def test_large_skies_of_8_bits_are_held_in_half_precision(tmp_path, monkeypatch)
     path, rng = tmp_path / "sky.png", np.random.default_rng(5)
     Image.fromarray(rng.integers(0, 256, (128, 256, 3), np.uint8)).save(path)
     way, size = rng.normal(size=(2000, 3)), 10 ** rng.uniform(-3, 0, 2000)
-    monkeypatch.setattr(panorama, "LARGE", 128)
+
+    def light(brightness, large):
+        monkeypatch.setattr(panorama, "LARGE", large)
+        return kc.skies.Panorama.read(path, brightness=brightness).around(way, size)
+
     for brightness in (0.1, 1.0, 1e4):
-        light = kc.skies.Panorama.read(path, brightness=brightness).around(way, size)
-        monkeypatch.setattr(panorama, "LARGE", 256)
-        exact = kc.skies.Panorama.read(path, brightness=brightness).around(way, size)
-        monkeypatch.setattr(panorama, "LARGE", 128)
-        assert not np.array_equal(light, exact)
-        np.testing.assert_allclose(light, exact, rtol=1e-3, atol=1e-7 * brightness)
+        half, exact = light(brightness, 128), light(brightness, 256)
+        assert not np.array_equal(half, exact)
+        np.testing.assert_allclose(half, exact, rtol=1e-3, atol=1e-7 * brightness)
     # Beyond the range of half precision.
-    assert np.isfinite(kc.skies.Panorama.read(path, brightness=1e8).around(way, size)).all()
+    assert np.isfinite(light(1e8, 128)).all()
 
 
 # The largest memory of the program itself, kB: what getrusage says begins with that of the parent.

@@ -33,7 +33,7 @@ class SphereRows(NamedTuple):
 def pyramid(rows: int, blocks: Iterable[SphereRows], precision: type[np.floating] = np.float32) -> list[Level]:
     """The levels of a picture with so many rows, each half as fine as the one before: of what is grey, one channel.
 
-    Each is smoothed along its rows. In half precision, np.float16, light between 1e-4 and 6e4 keeps four digits.
+    Each is smoothed along its rows. In half precision, np.float16, light between 1e-4 and 6e4 keeps three digits.
     """
     levels = [_padded(_finest(rows, blocks, precision))]
     while len(levels[-1][0]) % 2 == 0 and (len(levels[-1][0]) - 2) // 2 >= _COARSEST:
