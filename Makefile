@@ -10,24 +10,31 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input
 LOCKED := $(VENV)/.locked
 READY := $(VENV)/.ready
+OBJECTS := kerrcaustics/beams/kernels/objects
+COMPILED := $(OBJECTS)/.sources
+SOURCES := $(shell find kerrcaustics/beams kerrcaustics/spacetime -name '*.py' -o -name '*.h' -o -name '*.cc')
+# Sources that were renamed, added or removed since the kernels were compiled, whatever their dates.
+LISTED := $(shell cat $(COMPILED) 2>/dev/null)
+MOVED := $(if $(LISTED),$(filter-out $(SOURCES),$(LISTED)) $(filter-out $(LISTED),$(SOURCES)))
 
 # One core, so that times compare from machine to machine.
 ONE_CORE := NPROC=1 OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 \
 	XLA_FLAGS="$$XLA_FLAGS --xla_cpu_multi_thread_eigen=false"
 
-# Two processes; the tests of one file share what they compile. In their own order: by number, long ones would come last.
+# Two processes; the tests of one file share what is kept between calls. In their own order: by number, long ones would
+# come last.
 PARALLEL := -n 2 --dist loadfile --no-loadscope-reorder
 
 MAKEFLAGS += --no-print-directory
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: setup demo test test-all test-oldest lint bench figures docs docs-quick lock clean help
+.PHONY: setup kernels demo test test-all test-oldest lint bench figures docs docs-quick lock clean force help
 
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1	\2/p' Makefile | expand -t 18
 
-setup: $(READY) ## Build .venv from the lock file, with all that the other targets need
+setup: $(COMPILED) ## Build .venv from the lock file, with all that the other targets need
 	@echo "$(VENV) is ready"
 
 # First pip and setuptools of the lock, in the place of those that Python brings; they install the rest.
@@ -35,7 +42,7 @@ $(LOCKED): requirements.lock
 	@command -v "$(PYTHON)" >/dev/null || { echo "No $(PYTHON) here: install Python 3.11 or newer, or name one with make PYTHON=..." >&2; exit 1; }
 	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "$(PYTHON) is older than Python 3.11: name a newer one with make PYTHON=..." >&2; exit 1; }
 	@"$(PYTHON)" -c 'import ensurepip, venv' 2>/dev/null || { echo "$(PYTHON) cannot make virtual environments: install its venv module (Debian: python3-venv)" >&2; exit 1; }
-	@echo "Setting up $(VENV) (one time, about a minute)"
+	@echo "Setting up $(VENV) (one time, some minutes)"
 	@"$(PYTHON)" -m venv --clear $(VENV)
 	@sed -nE '/^(pip|setuptools)==/,/# via/p' requirements.lock >$(VENV)/installers.lock
 	@$(PIP) install -qq --require-hashes --requirement $(VENV)/installers.lock
@@ -43,23 +50,34 @@ $(LOCKED): requirements.lock
 	@touch $@
 
 $(READY): $(LOCKED) pyproject.toml
-	@echo "Installing kerrcaustics into $(VENV)"
+	@echo "Installing kerrcaustics into $(VENV), and compiling its kernels"
 	@$(PIP) install -qq --no-deps --no-build-isolation --editable .
 	@found=$$($(PIP) check) || { echo "$$found" >&2; echo "requirements.lock and pyproject.toml disagree: run make lock" >&2; exit 1; }
 	@touch $@
 
-demo: $(READY) ## Draw the caustics seen from r = 6.03 and r = 2.6 into demo/
+kernels: $(COMPILED) ## Compile the kernels, where their sources are newer
+	@echo "The kernels fit their sources"
+
+# Nothing is compiled twice where the installation has just done it.
+$(COMPILED): $(READY) $(SOURCES) $(if $(strip $(MOVED)),force)
+	@test -z "$(strip $(MOVED))$$(find $(SOURCES) -newer $(OBJECTS)/kernels.json 2>&1)" || \
+		{ echo "Compiling the kernels"; $(BIN)/python -m kerrcaustics.beams.kernels.build; }
+	@echo $(SOURCES) >$@
+
+force:
+
+demo: $(COMPILED) ## Draw the caustics seen from r = 6.03 and r = 2.6 into demo/
 	@echo "Drawing the demo into demo/"
 	@$(BIN)/kerrcaustics demo
 
 # Tests as pytest has rewritten them are kept, whatever the environment says: they are collected in half the time then.
 test test-all: export PYTHONDONTWRITEBYTECODE :=
 
-test: $(READY) ## Run the fast tests
+test: $(COMPILED) ## Run the fast tests
 	@echo "Running the fast tests"
 	@$(BIN)/python -m pytest $(PARALLEL)
 
-test-all: $(READY) ## Run all tests, the slow ones too
+test-all: $(COMPILED) ## Run all tests, the slow ones too
 	@echo "Running all tests, the slow ones too"
 	@$(BIN)/python -m pytest $(PARALLEL) -m ""
 
@@ -80,19 +98,19 @@ lint: $(READY) ## Check style, formatting and types
 	@echo "Checking types"
 	@$(BIN)/basedpyright
 
-bench: $(READY) ## Time the benchmarks on one core
+bench: $(COMPILED) ## Time the benchmarks on one core
 	@echo "Timing tests/bench on one core"
 	@$(ONE_CORE) $(BIN)/python -m pytest tests/bench --benchmark-only
 
-figures: $(READY) ## Make every figure into figures/out
+figures: $(COMPILED) ## Make every figure into figures/out
 	@echo "Making the figures into figures/out"
 	@$(BIN)/kerrcaustics figures
 
-docs: $(READY) ## Build the documentation into docs/_build/html
+docs: $(COMPILED) ## Build the documentation into docs/_build/html
 	@echo "Building docs/_build/html (the first time with all figures, some ten minutes)"
 	@$(BIN)/sphinx-build -q -W -b html docs docs/_build/html
 
-docs-quick: $(READY) ## The same without running figures and lessons, into docs/_build/quick
+docs-quick: $(COMPILED) ## The same without running figures and lessons, into docs/_build/quick
 	@echo "Building docs/_build/quick, without figures"
 	@KERRCAUSTICS_DOCS=quick $(BIN)/sphinx-build -q -W -b html docs docs/_build/quick
 
@@ -109,7 +127,7 @@ lock: ## Bring the two lock files in line with pyproject.toml (needs uv)
 	@echo "Resolving requirements-oldest.lock"
 	@$(COMPILE) --resolution lowest-direct --output-file requirements-oldest.lock
 
-clean: ## Remove .venv, builds and caches
-	@echo "Removing .venv, builds and caches"
-	@rm -rf $(VENV) .venv-oldest build dist docs/_build docs/gallery docs/howto docs/notebooks docs/tutorial .benchmarks .hypothesis .pytest_cache .ruff_cache
+clean: ## Remove .venv, kernels, builds and caches
+	@echo "Removing .venv, kernels, builds and caches"
+	@rm -rf $(VENV) .venv-oldest $(OBJECTS) build dist docs/_build docs/gallery docs/howto docs/notebooks docs/tutorial .benchmarks .hypothesis .pytest_cache .ruff_cache
 	@find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -100,9 +100,9 @@ def read_as_text(app, what, name, obj, options, lines):
 def write_commands(app, page, source):
     """Put what the commands say of themselves into the page of the commands."""
     if page == "commands":
-        from kerrcaustics.cli import app as commands
+        from kerrcaustics.cli import with_all_commands
 
-        reported = commands.generate_docs(output_format="rst").partition("**Commands:**")[2]
+        reported = with_all_commands().generate_docs(output_format="rst").partition("**Commands:**")[2]
         source[0] = source[0].replace("COMMANDS", reported)
 
 

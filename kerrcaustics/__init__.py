@@ -29,9 +29,18 @@ if (sys.argv[:1] == ["-m"] and ("-m", "kerrcaustics") in zip(sys.orig_argv, sys.
 
     _on_interrupt()
 
-from importlib.metadata import version
+from typing import Any
 
 from kerrcaustics.lazy_names import attached
 
-__getattr__, __dir__, __all__ = attached(__name__, __file__)
-__version__ = version("kerrcaustics")
+_named, __dir__, __all__ = attached(__name__, __file__)
+
+
+def __getattr__(name: str) -> Any:
+    """A public name; or the version, which only an installed package has: a build runs this file before."""
+    if name == "__version__":
+        # Its reader takes longer to load than all else here.
+        from importlib.metadata import version
+
+        return version("kerrcaustics")
+    return _named(name)

@@ -70,7 +70,7 @@ class ScriptFolder:
         return self.load(name).main(output)
 
     def run_apart(self, name: str, output: Path) -> None:
-        """Run a script in a process of its own, whose threads and compiled programs no other script shares.
+        """Run a script in a process of its own, whose threads and memory no other script shares.
 
         Raises
         ------

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Builds a wheel, installs it into an environment of its own that sees the locked packages, and makes the demo and a
-# figure in an empty folder, away from the checkout. Half a minute; needs the .venv of `make setup`.
+# Builds a wheel, installs it into an environment of its own that sees the locked packages, but no compiler, and makes the
+# demo and a figure in an empty folder, away from the checkout. A minute or two; needs the .venv of `make setup`.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -13,16 +13,19 @@ libraries() { "$1" -c 'import sysconfig; print(sysconfig.get_path("purelib"))'; 
 .venv/bin/python -m venv "$place/venv"
 "$place/venv/bin/python" -m pip --disable-pip-version-check install --quiet --no-deps "$place"/dist/*.whl
 libraries .venv/bin/python >"$(libraries "$place/venv/bin/python")/locked.pth"
+# In the place of the compiler among the locked packages.
+echo 'raise ImportError("an installed package compiles nothing")' >"$(libraries "$place/venv/bin/python")/ziglang.py"
 
 mkdir "$place/empty"
 cd "$place/empty"
 unset PYTHONPATH
 "$place/venv/bin/python" -c "
-import os.path
+import glob, os.path
 import kerrcaustics, kerrcaustics.scripts as scripts
 assert kerrcaustics.__file__.startswith('$place'), kerrcaustics.__file__
 home = os.path.dirname(kerrcaustics.__file__)
 assert all(os.path.isfile(os.path.join(home, name)) for name in ('py.typed', '__init__.pyi', 'skies.pyi'))
+assert glob.glob(os.path.join(home, 'beams', 'kernels', 'objects', 'kernels-*'))
 assert all(found.names() for found in (scripts.FIGURES, scripts.STUDIES, scripts.FILMS))
 assert scripts.FILMS.load('pair_creation').film(4)"
 "$place/venv/bin/kerrcaustics" demo >/dev/null

@@ -1,7 +1,9 @@
 """Rules for all tests: types and shapes are checked at run time; and the fixtures that several files share."""
 
+import ctypes
 import gc
 import sys
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,18 +15,12 @@ from command_line import run
 from kerrcaustics import scripts
 
 # Modules whose types are checked. Left out are those that callers meet, which refuse wrong arguments themselves, and
-# results; and batches and ray_end, which define functions within functions at each of tens of thousands of calls.
+# results; and ray_end and calls, which are called tens of thousands of times.
 SPACETIME = ("cubic", "elliptic", "kerr", "polar", "radial", "sphere")
 ASTRONOMY = ("plate_carree",)
 BEAMS = (
-    "dispatch",
-    "closed_form",
-    "emitters",
-    "errors",
-    "geometry",
-    "integrator",
-    "compile_cache",
-    "warm_up",
+    *("accelerator", "accuracy", "bundle_formulas", "closed_form", "dispatch", "emitters", "errors", "geometry"),
+    *("integrator", "traced_ends", "traced_results", "vectors"),
 )
 CURVES = ("critical_curves", "critical_points", "features", "winding")
 FILMS = ("frame_store", "video")
@@ -33,6 +29,7 @@ EXPLORER = ("answers", "page_data")
 SCENE_FILES = ("camera_motion", "expressions", "orientation")
 # Rooms that are checked but for these modules.
 ALL_BUT = {
+    "numerics": (),
     "orbits": (),
     "lens_map": (),
     "tracks": (
@@ -98,18 +95,10 @@ def memory_bounded():
 
 
 def give_back():
-    """Let go of what is not needed: the C library keeps what threads have freed, gigabytes in an hour.
-
-    If that is not enough, programs go too, which are in files.
-    """
-    from kerrcaustics.beams import compile_cache
-
+    """Let go of what is not needed: the C library keeps what threads have freed, gigabytes in an hour."""
     gc.collect()
-    compile_cache.give_back_memory()
-    if resident() > MUCH:
-        compile_cache.loaded_programs.clear()
-        gc.collect()
-        compile_cache.give_back_memory()
+    with suppress(OSError, AttributeError):
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 def resident():
@@ -119,7 +108,7 @@ def resident():
 
 @pytest.fixture(scope="module")
 def compiled_code():
-    """JAX as the package's programs have it: for modules that call their parts themselves."""
+    """JAX as the package's formulas have it: for modules that call them themselves."""
     import jax
 
     from kerrcaustics.spacetime.settings import own_settings

@@ -90,7 +90,7 @@ def until(page, condition, seconds=60):
 
 
 def settled(page):
-    # The first view may have to wait for programs that are compiled, on a machine that others use.
+    # The first view may have to wait, on a machine that others use.
     until(page, "!!window.explorer && !explorer.busy() && explorer.quality() === 'full'", 300)
 
 

@@ -264,7 +264,7 @@ GAPS: tuple[Gap, ...] = ()
 
 
 def cells() -> list[Cell]:
-    """The whole table, in an order in which compiled programs and critical curves serve many cells in a row."""
+    """The whole table, in an order in which critical curves serve many cells in a row."""
     columns = [(viewer, surface) for viewer in VIEWERS for surface in SURFACES] + [(EQUATORIAL, "plane")]
     return [Cell(analysis, surface, viewer) for viewer, surface in columns for analysis in CALLS]
 

@@ -8,7 +8,7 @@ import math
 import numpy as np
 from hypothesis import strategies as st
 
-from kerrcaustics.beams.closed_form.formula import LEAST_K
+from kerrcaustics.beams.ray_state import LEAST_K
 from kerrcaustics.scripts import STUDIES
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera

@@ -109,9 +109,7 @@ def broken(found: list, asked: tuple) -> str:
     return "\n".join(str(one) for one in counted.broken(HONEST))
 
 
-@pytest.mark.slow
 def test_nothing_lies_in_a_few_hard_cases():
-    # Programs that other tests compile too.
     asked = tuple(trial._replace(timed=False) for trial in trials.TRIALS if trial.tolerance == 1e-10 and trial.beams)
     assert not broken([case._replace(end=math.inf) for case in hard.cases(6, 14, 18)], asked)
 

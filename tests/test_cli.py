@@ -113,7 +113,7 @@ BAD = [
         ("caustics", "--spin", "0.9", "--radius", "6", "--colour", "red"),
         "Argument --colour is unknown; kerrcaustics caustics",
     ),
-    (("paint",), "Argument COMMAND must be one of amplification, caustics, demo, "),
+    (("paint",), "Argument COMMAND must be one of amplification, caustics, counts, "),
     (("caustic",), "but is caustic; did you mean caustics?"),
     (("caustics", "--radius", "6"), "Argument --spin must be given."),
     (("caustics", "--spin", "--radius", "6"), "Argument --spin must be followed by a number."),

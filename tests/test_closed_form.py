@@ -11,9 +11,9 @@ from random_rays import directions_of_small_k, outside_edge, random_camera, rand
 
 from kerrcaustics.beams.beam import Rays
 from kerrcaustics.beams.closed_form import small_k
-from kerrcaustics.beams.closed_form.formula import LEAST_K
-from kerrcaustics.beams.ends import CelestialSphere
+from kerrcaustics.beams.ray_state import LEAST_K
 from kerrcaustics.beams.trace import trace_beams, trace_rays
+from kerrcaustics.beams.traced_ends import TracedSky
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import photon_of, sky_from_fido
@@ -211,7 +211,7 @@ def test_short_way_next_to_the_horizon_against_long_arithmetic():
     camera = Camera(0.999, kerr.horizon(0.999) * (1 + 1e-6), 1.0, "fiducial")
     sky = directions_of_small_k(camera, 4, np.random.default_rng(5))
     light = photon_of(camera.frame(), tuple(sky.T))
-    travel = jax.jit(small_k.radial_motion)(camera.frame(), light, CelestialSphere())
+    travel = jax.jit(small_k.radial_motion)(camera.frame(), light, TracedSky())
     with mpmath.workdps(30):
         a, r_c = mpmath.mpf(camera.spin), mpmath.mpf(camera.radius)
         root = mpmath.sqrt(1 - a * a)

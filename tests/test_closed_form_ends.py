@@ -12,17 +12,17 @@ from random_rays import directions_of_small_k, random_camera, random_sky
 
 import kerrcaustics as kc
 from kerrcaustics.beams.closed_form import radial_leg, small_k
-from kerrcaustics.beams.closed_form.formula import LEAST_K
 from kerrcaustics.beams.closed_form.radial_motion import RadialPlace, RadialRoots
 from kerrcaustics.beams.closed_form.weierstrass import inverse_radius
+from kerrcaustics.beams.ray_state import LEAST_K
 from kerrcaustics.beams.spheres import Spheres
+from kerrcaustics.beams.traced_ends import TracedSphere
 from kerrcaustics.spacetime import kerr, radial
-from kerrcaustics.spacetime.frame import Photon, photon_of
+from kerrcaustics.spacetime.frame import Photon, photon_of, potential_coefficients
 
 pytestmark = pytest.mark.usefixtures("compiled_code")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("trace", "finite"), [(kc.trace_beams, False), (kc.trace_rays, True)])
 def test_times_on_random_cameras(trace, finite):
     rng = np.random.default_rng(1988)
@@ -46,7 +46,6 @@ def test_times_on_random_cameras(trace, finite):
     assert np.median(relative) < 1e-13
 
 
-@pytest.mark.slow
 def test_times_of_rays_that_leave_close_to_their_turning_point():
     camera = kc.Camera(0.7, 8.0, 1.2, "fiducial")
     for tilt in (1e-3, 1e-6, 1e-9, 0.0, -1e-9, -1e-6, -1e-3):
@@ -56,10 +55,8 @@ def test_times_of_rays_that_leave_close_to_their_turning_point():
         assert abs(ends[0].time - ends[1].time) < 1e-12
 
 
-@pytest.mark.slow
 def test_time_of_the_automatic_engine_is_in_closed_form():
     camera = kc.Camera(0.9, 6.0, 1.2)
-    # Few rays, and none of small k: each would be a program more to compile.
     sky = random_sky(camera, 120, np.random.default_rng(5))
     rays = kc.trace_rays(camera, sky, tolerance=1e-10, time=True)
     assert rays.closed_form[rays.escaped].mean() > 0.95
@@ -109,7 +106,6 @@ def assert_beams_agree(camera: kc.Camera, sky: np.ndarray, end) -> int:
     return int(used.sum())
 
 
-@pytest.mark.slow
 def test_ends_in_the_plane():
     rng = np.random.default_rng(1873)
     met = 0
@@ -120,7 +116,6 @@ def test_ends_in_the_plane():
     assert met > 1000
 
 
-@pytest.mark.slow
 def test_ends_of_rays_on_many_random_cameras():
     rng = np.random.default_rng(1917)
     met = 0
@@ -132,7 +127,6 @@ def test_ends_of_rays_on_many_random_cameras():
     assert met > 10_000
 
 
-@pytest.mark.slow
 def test_ends_of_beams_on_many_random_cameras():
     rng = np.random.default_rng(1923)
     met = 0
@@ -144,7 +138,6 @@ def test_ends_of_beams_on_many_random_cameras():
     assert met > 10_000
 
 
-@pytest.mark.slow
 def test_beams_that_graze_their_turning_point_in_the_plane_vary_smoothly():
     """At places in the plane where r' vanishes, neither the radius nor its variation is special."""
     camera = kc.Camera(0.8, 9.0, 1.0, "fiducial")
@@ -221,7 +214,7 @@ def test_radius_after_a_time():
     """Against the same motion in two halves."""
     camera = kc.Camera(0.9, 5.0, 1.1, "fiducial")
     light = photon_of(camera.frame(), tuple(random_sky(camera, 256, np.random.default_rng(2)).T))
-    coefficients = radial.potential_coefficients(camera.spin, light)
+    coefficients = potential_coefficients(camera.spin, light)
     start = light.position[0] * np.ones(256), light.rate[0]
     time = 0.4 / np.sqrt(light.k + 3)
     there = jax.jit(inverse_radius)
@@ -232,7 +225,6 @@ def test_radius_after_a_time():
     np.testing.assert_allclose(whole, halves, rtol=1e-8, atol=1e-10)
 
 
-@pytest.mark.slow
 def test_jacobians_next_to_an_extremal_horizon_lose_nothing_to_its_being_double():
     """The turn is a difference divided by r_+ - r_-; its variation is not."""
     camera = kc.Camera(1 - 1e-6, 1.5, 1.5, "fiducial")
@@ -267,7 +259,6 @@ BRIEF_WAYS = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", BRIEF_WAYS)
 def test_brief_ways_keep_their_digits(name):
     camera, sky, radius, exact = BRIEF_WAYS[name]
@@ -291,18 +282,18 @@ def test_psi_of_a_distant_camera_outlives_an_extremal_horizon():
     assert rays.azimuth[0] == pytest.approx(-1.0464170523892554e-07, abs=1e-15)
 
 
+@pytest.mark.slow
 def test_rays_of_small_k_may_have_spheres_of_their_own():
     frame, sky = kc.Camera(0.9, 5.0, 1.2).frame(), tuple(np.array([[0.9, 0.99], [0.3, 0.1], [0.3, -0.1]]))
 
     def moved(radius):
-        end = Spheres(radius, np.zeros(2, bool))
+        end = TracedSphere(radius, np.zeros(2, bool))
         return small_k.radial_motion(frame, photon_of(frame, sky), end, with_time=True)
 
     shapes = jax.eval_shape(moved, np.array([7.0, 30.0]))
     assert shapes.time.shape == shapes.psi.shape == shapes.clock.shape == (2,)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["closed-form", "integrated"])
 def test_beams_to_spheres_of_their_own_are_those_to_each(engine):
     """Behind the camera and before it, within its radius and beyond."""

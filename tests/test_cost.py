@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from kerrcaustics.beams.closed_form import formula
-from kerrcaustics.beams.ends import CelestialSphere
 from kerrcaustics.beams.integrator import integrated
 from kerrcaustics.beams.ray_end import Wanted
+from kerrcaustics.beams.traced_ends import TracedSky
 from kerrcaustics.spacetime.camera import Camera
 
 pytestmark = pytest.mark.usefixtures("compiled_code")
@@ -32,10 +32,10 @@ def operations(engine: str, wanted: tuple[str, ...]) -> float:
     flags = {name: name in wanted for name in STEPS}
     if engine == "closed-form":
         program = partial(formula.trace, wanted=Wanted(**flags), on_equator=True)
-        lowered = jax.jit(program).lower(FRAME, SKY, CelestialSphere())
+        lowered = jax.jit(program).lower(FRAME, SKY, TracedSky())
     else:
         program = partial(integrated.trace, wanted=Wanted(**flags))
-        lowered = jax.jit(program).lower(FRAME, SKY, np.ones(64), 1e-10, CelestialSphere())
+        lowered = jax.jit(program).lower(FRAME, SKY, np.ones(64), 1e-10, TracedSky())
     return lowered.cost_analysis()["flops"]
 
 

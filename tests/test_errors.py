@@ -10,10 +10,10 @@ from beam_gaps import columns_in_space
 from random_rays import outside_edge, random_camera, random_sky
 
 from kerrcaustics.beams.beam import Beams, Rays
-from kerrcaustics.beams.ends import CelestialSphere
 from kerrcaustics.beams.integrator import equations, integrated
 from kerrcaustics.beams.integrator.nystroem import nystroem_step
 from kerrcaustics.beams.trace import trace_beams, trace_rays
+from kerrcaustics.beams.traced_ends import TracedSky
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.shadow import shadow_edge
@@ -75,7 +75,7 @@ def paths_in_equal_steps(camera: Camera, n: np.ndarray, counts: np.ndarray) -> n
     """End (u, x, y, z, psi) (n, 5) of one ray after three quarters of its Mino time, in `counts` steps."""
     sky = tuple(jnp.full(len(counts), part) for part in n)
     constants, path, light = integrated.start(camera.frame(), sky)
-    aim = integrated.aim_at(CelestialSphere(), camera.frame(), light)
+    aim = integrated.aim_at(TracedSky(), camera.frame(), light)
     h = 0.75 * aim.mino_time / counts
     paths, variations = integrated.with_variations(camera.frame(), sky, path)
     step = jax.jit(partial(nystroem_step, partial(integrated.all_rates, camera.spin, constants, variations)))

@@ -242,7 +242,7 @@ def test_what_cannot_be_answered_is_refused_by_its_number():
 
 
 def test_work_that_lasts_is_reported():
-    """Between its stages and while programs are compiled, from another thread."""
+    """Between its stages, from another thread."""
     work, reported = Work(), []
     with work.reported(lambda message: reported.append(message.record)):
         time.sleep(FIRST + 0.2)

@@ -130,7 +130,7 @@ def test_a_film_says_its_progress_as_other_calls_do(tmp_path, monkeypatch):
 def timed_film(tmp_path, monkeypatch, seconds, frames, workers=1, late=2):
     """Announcements, and the estimates of the time left with the true ones: frames of so many seconds each.
 
-    late: the round of frames in which the processes compile once more.
+    late: the round of frames in which the processes load once more.
     """
     clock = SimpleNamespace(now=0.0, drawing=0.0)
     monkeypatch.setattr(film_module, "time", SimpleNamespace(perf_counter=lambda: clock.now))
@@ -149,7 +149,7 @@ def timed_film(tmp_path, monkeypatch, seconds, frames, workers=1, late=2):
                 yield number, True
             following = next(waiting, None)
             if following is not None:
-                # Each process loads and compiles before its first frame, and once more later.
+                # Each process loads before its first frame, and once more later.
                 costs[following] = seconds(following) + {0: 90.0, late: 60.0}.get(rounds[process], 0.0)
                 rounds[process] += 1
                 heapq.heappush(crew, (clock.now + costs[following], process, following))
@@ -195,7 +195,7 @@ def test_the_time_left_is_within_a_third_of_the_true_one(tmp_path, monkeypatch, 
 
 
 @pytest.mark.parametrize("workers", [1, 2, 3])
-def test_an_announcement_is_mended_where_the_second_frame_compiled_too(tmp_path, monkeypatch, workers):
+def test_an_announcement_is_mended_where_the_second_frame_loaded_too(tmp_path, monkeypatch, workers):
     _, announced, _, end = timed_film(tmp_path, monkeypatch, lambda _n: 5.0, 120, workers, late=1)
     (_, first, far_off), (now, mended, left) = announced
     assert far_off > 10 * left and first.startswith("About 65 s a frame") and mended.startswith("About 5 s a frame")
@@ -212,7 +212,7 @@ def test_the_time_of_a_measured_film_is_within_a_third(tmp_path):
     picture, reports = np.zeros((48, 96, 3), np.uint8), []
 
     def draw(number):
-        # The first frame of a process compiles; the others take a little more and less.
+        # The first frame of a process loads; the others take a little more and less.
         time.sleep(1.0 if not reports[1:] else 0.1 + 0.04 * math.sin(number))
         return picture
 

@@ -52,26 +52,12 @@ def broken(cases: list[dict], trace) -> list[str]:
     ]
 
 
-def wrong(engine: str, trace, every: int, spheres: bool) -> list[str]:
-    """The broken claims of the cases for an engine, of one in so many requests; spheres: of those to a sphere too."""
-    chosen = [case for case in CASES if case["engine"] == engine and (spheres or not isinstance(case["end"], float))]
-    chosen.sort(key=request)
-    requests = [list(group) for _, group in groupby(chosen, request)][::every]
-    assert requests
-    return [words for cases in requests for words in broken(cases, trace)]
-
-
-@pytest.mark.slow
-def test_no_claim_is_broken_by_the_default():
-    # Beams to a sphere have a program of their own, which takes long to compile.
-    assert not wrong("auto", kc.trace_beams, every=8, spheres=False)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("trace", [kc.trace_rays, kc.trace_beams])
 @pytest.mark.parametrize("engine", ["auto", "closed-form", "integrated"])
 def test_no_claim_is_broken(engine, trace):
-    assert not wrong(engine, trace, every=1, spheres=True)
+    chosen = sorted((case for case in CASES if case["engine"] == engine), key=request)
+    requests = [list(group) for _, group in groupby(chosen, request)]
+    assert requests and not [words for cases in requests for words in broken(cases, trace)]
 
 
 def test_the_cases_are_those_of_the_other_program():

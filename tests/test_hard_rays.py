@@ -50,7 +50,7 @@ def test_rays_to_a_sphere(case, end, direction, time):
 @pytest.mark.parametrize(
     ("camera", "sky", "end", "time"),
     [
-        # Of small k, with a program of its own, which takes long to compile.
+        # Of small k.
         pytest.param(
             kc.Camera(
                 0.9999999999675456,
@@ -61,7 +61,6 @@ def test_rays_to_a_sphere(case, end, direction, time):
             [0.8778610077202129, 0.32139925945780684, 0.35505290752847757],
             42489.49636727473,
             42002.45457985269,
-            marks=pytest.mark.slow,
         ),
         (
             kc.Camera(0.0, 2.000003585842417, 0.0, (0.8985210250067921, 0.23034968416100243, 0.3736291307000642)),
@@ -74,7 +73,6 @@ def test_rays_to_a_sphere(case, end, direction, time):
             [-1.718948155934867e-06, 0.9349494170776401, 0.3547810416344514],
             kc.EquatorialPlane(1),
             12.411265796143473,
-            marks=pytest.mark.slow,
         ),
     ],
     ids=["from a sphere to one far out", "all next to the horizon", "close to the outer roots"],
@@ -100,19 +98,16 @@ def test_times_to_a_finite_end(camera, sky, end, time):
     ],
     ids=["both outer roots at the camera", "far and brief"],
 )
-@pytest.mark.slow
 def test_errors_are_numbers(camera, sky, end):
     assert np.isfinite(kc.trace_rays(camera, [sky], "closed-form", end=end).error[0])
 
 
-@pytest.mark.slow
 def test_the_azimuth_of_a_ray_from_the_axis_along_the_cut_is_known_modulo_a_turn():
     """Of -0.0 and 0.0 one is pi, the other - pi."""
     rays = kc.trace_rays(kc.Camera(0.0, 8.0, math.pi, (0.7, 0.0, 0.0)), [[0.0, 0.0, -1.0], [-0.0, 0.0, -1.0]], end=5.3)
     assert np.isinf(rays.azimuth_error).all()
 
 
-@pytest.mark.slow
 def test_a_sphere_at_the_turning_point_is_not_certain():
     """The camera's radius is rounded too: whether a ray that starts at right angles comes back to it is not known."""
     camera, _ = TANGENTIAL
@@ -197,7 +192,6 @@ def test_beams_to_infinity(name):
     assert beam.index[0] == index or not beam.index_certain[0]
 
 
-@pytest.mark.slow
 def test_hair_over_the_plane():
     """The way is so short that its variation is left to the integrator."""
     camera = kc.Camera(

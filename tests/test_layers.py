@@ -9,16 +9,17 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "kerrcaustics"
 STAGES = [
+    "shapes",
     "choices",
     "lazy_names",
     "files",
     "extras",
     "interrupts",
-    "own_folder",
     "workers",
     "toml_files",
     "results",
     "films",
+    "numerics",
     "spacetime",
     "orbits",
     "astronomy",

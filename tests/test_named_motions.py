@@ -10,6 +10,7 @@ from mpmath import mpf
 import kerrcaustics as kc
 from kerrcaustics.beams import differentiable
 from kerrcaustics.beams.emitters import EMITTERS
+from kerrcaustics.beams.moving import motion_of
 from kerrcaustics.orbits.orbit import BodyPlaces, clock_rates
 from kerrcaustics.spacetime import kerr
 
@@ -139,7 +140,7 @@ def test_frames_that_are_differentiated_are_those_of_cameras(velocity):
     for spin in SPINS:
         radius = 1.000001 * kc.isco(spin) if velocity == "circular" else 2.1
         camera = kc.Camera(spin, radius, velocity=velocity)
-        motion = differentiable.motion_of(velocity)
+        motion = motion_of(velocity)
         with differentiable.float64():
             found = differentiable.frame_of(spin, radius, math.pi / 2, motion)
         for name in ("lapse", "speed", "slowness", "root_sigma_delta"):

@@ -13,8 +13,9 @@ from command_line import run
 from exploring import needs_chromium
 from pages_in_browser import WIDTHS, pages, search_results, too_wide
 
-from kerrcaustics.cli import app
+from kerrcaustics.cli import with_all_commands
 
+app = with_all_commands()
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
 LESSONS = sorted(path for room in ("fields", "lessons", "recipes") for path in (ROOT / "docs" / room).glob("*.py"))

@@ -12,8 +12,8 @@ from scipy.optimize import brentq
 import kerrcaustics as kc
 from kerrcaustics.beams.paths import RayPaths
 from kerrcaustics.scripts import STUDIES
-from kerrcaustics.spacetime import kerr, radial
-from kerrcaustics.spacetime.frame import photon_of
+from kerrcaustics.spacetime import kerr
+from kerrcaustics.spacetime.frame import photon_of, potential_coefficients
 
 TRUTH_CAMERA, TRUE_RAYS = (STUDIES.module(f"truth.{name}") for name in ("camera", "rays"))
 CAMERA = kc.Camera(spin=0.9, radius=7.0, inclination=1.1, velocity=(0.1, -0.2, 0.3))
@@ -284,7 +284,7 @@ def test_radial_and_polar_equations_hold_along_a_path(sky):
     # r'^2 = R(r) in Mino time, from the places alone: a fourth-order difference.
     paths = kc.ray_paths(CAMERA, sky[:20], 801, end=20.0)
     light = photon_of(CAMERA.frame(), tuple(sky[:20].T))
-    a2, a1, a0 = (np.asarray(part)[:, None] for part in radial.potential_coefficients(CAMERA.spin, light))
+    a2, a1, a0 = (np.asarray(part)[:, None] for part in potential_coefficients(CAMERA.spin, light))
     b, q = (np.asarray(part)[:, None] for part in (light.b, light.q))
     tau, r, theta = paths.mino_time, paths.radius[:, 2:-2], paths.theta[:, 2:-2]
     step = tau[:, 1:2]

@@ -38,6 +38,16 @@ def test_the_conda_recipe_needs_what_the_project_needs():
     assert needed[1:] == PROJECT["dependencies"]
 
 
+def test_the_build_needs_packages_of_the_project_in_its_versions():
+    pyproject = tomllib.loads(text("pyproject.toml"))
+    needed = pyproject["build-system"]["requires"]
+    assert set(needed) <= {*PROJECT["dependencies"], *pyproject["dependency-groups"]["build"]}
+    host = text("packaging/conda/recipe.yaml").split("  host:\n")[1].split("  run:\n")[0]
+    there = {line.strip(" -").replace(" ", "") for line in host.splitlines()}
+    # conda has a compiler of its own.
+    assert there - {"python", "pip"} == {one for one in needed if not one.startswith("ziglang")}
+
+
 def test_every_extra_is_tried_in_a_clean_environment():
     tried = re.search(r"^extras=\((.*)\)$", text("packaging/check.sh"), re.M)[1].split()
     assert sorted(tried) == sorted(set(PROJECT["optional-dependencies"]) - {"test", "docs", "lint"})

@@ -58,7 +58,7 @@ def test_settings_change_no_answer(usual, setting):
 
 @pytest.mark.slow
 def test_a_second_device_changes_no_answer(usual, tmp_path):
-    """Neither its presence nor the wish to use it: programs run on the first one, to the same bits."""
+    """Neither its presence nor the wish to use it: no ray is traced there."""
     code = f"""import sys; sys.path.insert(1, {str(Path(__file__).parent)!r})
 import jax, pickle; from test_settings import answers
 first, second = jax.devices()

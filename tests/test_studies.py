@@ -34,14 +34,13 @@ SETTINGS = {
         "named": ("no spin", "0.001 degrees from the axis"),
         "shown": (("", 0.9, 6.03, 90.0),),
     },
-    # Programs that other tests compile too.
     "cost": {
         "directions": 64,
         "repeats": 1,
         "scenes": (("rays", False, {}), ("beams", True, {})),
         "lines": ("three caustics",),
         "calls": 1,
-        "first": (),
+        "first": ("three caustics",),
     },
     "disk_checks": {
         "rings": ((0.9, 60.0),),
@@ -107,7 +106,8 @@ def check_adversary(entry):
 
 def check_cost(entry):
     ((name, line),) = entry["lines"].items()
-    assert name == "three caustics" and line["first"]["loading"] > 0
+    assert name == "three caustics" and entry["first_use"] == {name: line["first"]}
+    assert line["first"].keys() == {"start", "tracing", "rest"} and min(line["first"].values()) > 0
     assert line["later"]["tracing"] > 0 and line["later"]["rest"] > 0 and line["speed_up"] > 0
     assert line["traced"]["beams"] > 1000
     each = entry["microseconds"]["closed-form"]
@@ -210,39 +210,24 @@ def test_stages_add_up_and_rays_are_counted():
     assert rays.escaped.any() and beams.escaped.any()
     assert watched.traced == {"rays": 3, "beams": 2}
     # Every tick belongs to a stage: one from each step to the next one.
-    loading, tracing, rest = (watched.seconds[name] for name in stages.STAGES)
-    assert loading == tracing >= 2 and loading + tracing + rest == next(clock) - 1
+    tracing, rest = (watched.seconds[name] for name in stages.STAGES)
+    assert tracing >= 2 and tracing + rest == next(clock) - 1
     # Outside of the block nothing is counted.
     kc.trace_rays(camera, np.eye(3))
     assert watched.traced["rays"] == 3
 
 
-def test_time_is_that_of_programs_while_any_thread_waits_for_one():
+def test_time_is_that_of_kernels_while_one_runs_in_any_thread():
     stages, now = STUDIES.module("cost.stages"), [0.0]
     spent = stages.Stages(lambda: now[0])
-    with spent.inside("tracing"):
+    with spent.in_kernel():
         now[0] = 1.0
-        with spent.inside("loading"):
+        with spent.in_kernel():
             now[0] = 3.0
         now[0] = 7.0
     now[0] = 15.0
-    with spent.inside("rest"):
-        pass
-    assert spent.seconds == {"loading": 2.0, "tracing": 5.0, "rest": 8.0}
-
-
-def warmed(spent):
-    with spent.inside("loading"):
-        spent.count("rays", 9)
-
-
-def test_programs_that_are_made_beside_are_nobodys_time():
-    stages = STUDIES.module("cost.stages")
-    spent = stages.Stages(iter(range(9)).__next__)
-    beside = threading.Thread(target=warmed, args=(spent,), name=f"{stages.BESIDE}_0")
-    beside.start()
-    beside.join()
-    assert not any(spent.seconds.values()) and spent.traced == {"rays": 0, "beams": 0}
+    spent.end()
+    assert spent.seconds == {"tracing": 7.0, "rest": 8.0}
 
 
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="the system has no affinities")
@@ -268,14 +253,6 @@ def test_every_line_of_what_people_wait_for_can_be_asked_for_twice():
     for name, line in lines.LINES.items():
         work = line(sizes)
         assert all(work(k) is not None for k in range(2)), name
-
-
-@pytest.mark.slow
-def test_the_first_use_compiles_and_the_second_one_does_not():
-    lines = STUDIES.module("cost.lines")
-    states = {state: one["first"] for state, one in lines.first_use("three caustics", lines.SIZES).items()}
-    assert all(one["start"] > 0 and one["tracing"] > 0 for one in states.values())
-    assert states["empty"]["loading"] > 2 * states["warm"]["loading"] > 0
 
 
 def test_command_runs_a_study_and_names_its_files(tmp_path, capsys, monkeypatch):

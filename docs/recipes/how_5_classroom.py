@@ -9,10 +9,9 @@ Use kerrcaustics in a classroom
 # Before the lesson
 # -----------------
 #
-# Run ``pip install '.[explore,notebook]'`` in a clone, and ``kerrcaustics explore`` once: the first start takes ten
-# seconds to a minute to compile the code. A class can share one explorer: ``kerrcaustics explore --host``
-# (:doc:`../explore`). `This page <../explorer.html>`_ is the explorer with a few cameras; it needs no installation, and
-# runs from a web server or a memory stick.
+# Run ``pip install '.[explore,notebook]'`` in a clone, and ``kerrcaustics explore`` once. A class can share
+# one explorer: ``kerrcaustics explore --host`` (:doc:`../explore`). `This page <../explorer.html>`_ is the explorer
+# with a few cameras; it needs no installation, and runs from a web server or a memory stick.
 #
 # An hour
 # -------

@@ -7,10 +7,10 @@ import math
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.extras import needed
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import numbers, quoted, whole_number
 
 Array = np.ndarray

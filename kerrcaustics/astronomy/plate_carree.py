@@ -16,10 +16,10 @@ from contextlib import contextmanager, nullcontext
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Float32
 
 from kerrcaustics.extras import needed
 from kerrcaustics.files import check_name, reading, writing
+from kerrcaustics.shapes import Float, Float32
 
 Array = np.ndarray
 ENDINGS = (".fits", ".fit", ".fits.gz")

@@ -120,15 +120,18 @@ class Rays(Shown):
     @property
     def engines(self) -> tuple[Engine, ...]:
         """The engines that traced the rays that reach their ends."""
-        formula = self.closed_form
-        rest_of_rays = np.isfinite(self.error) & ~formula
-        flags = ((Engine.CLOSED_FORM, formula), (Engine.INTEGRATED, rest_of_rays))
-        return tuple(engine for engine, used in flags if used.any())
+        return engines_used(self.error, self.closed_form)
 
     @property
     def escaped(self) -> np.ndarray:
         """True where the ray reaches its end, the celestial sphere or another one, (...,) bool."""
         return (self.status != Status.CAPTURED) & (self.status != Status.MISSED)
+
+
+def engines_used(error: np.ndarray, closed_form: np.ndarray) -> tuple[Engine, ...]:
+    """The engines that traced the rays that reach their ends, from the fields of `Rays`."""
+    flags = ((Engine.CLOSED_FORM, closed_form), (Engine.INTEGRATED, np.isfinite(error) & ~closed_form))
+    return tuple(engine for engine, used in flags if used.any())
 
 
 class Ellipse(NamedTuple):

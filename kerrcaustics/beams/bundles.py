@@ -1,180 +1,22 @@
-"""Bundles of rays in space: advanced in Mino time with their variations and clocks, and searched for conjugate points.
+"""Bundles of rays in space: their places, and the search for their conjugate points.
 
-The path and its variations are those of integrator/integrated.py, the clock that of integrator/clock.py, advanced by
-their pair from one Mino time to the next. Conjugate points are zeros of the beam's signed area; each is bracketed by
-two neighbouring times and refined there.
+Kernels advance them from one Mino time to the next (bundle_formulas.py). Conjugate points are zeros of the signed area
+of the beam; each is bracketed by two neighbouring times and refined there.
 """
 
-from functools import partial
-from typing import NamedTuple
-
-import jax
-import jax.numpy as jnp
 import numpy as np
 
-from kerrcaustics.beams import errors
-from kerrcaustics.beams.compile_cache import Program
-from kerrcaustics.beams.ends import SKY, End, Sphere
-from kerrcaustics.beams.geometry import area, azimuth_step, first_azimuth, length, turned
-from kerrcaustics.beams.integrator import clock
-from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity, rapidity, ray_rates
-from kerrcaustics.beams.integrator.integrated import DENSEST, aim_at, all_rates, start, with_variations
-from kerrcaustics.beams.integrator.journey import local_error
-from kerrcaustics.beams.integrator.landing import OF_TURN, horizon_noise, short_step
-from kerrcaustics.beams.integrator.nystroem import Path, Rates, nystroem_step
-from kerrcaustics.beams.surface import Aim, Arriving
-from kerrcaustics.spacetime import radial
-from kerrcaustics.spacetime.arrays import Components, Flags, Reals
-from kerrcaustics.spacetime.frame import Frame, Photon
+from kerrcaustics.beams.kernels.library import kernel
+from kerrcaustics.beams.kernels.trees import mapped
+from kerrcaustics.beams.ray_state import Bundle, BundleState
+from kerrcaustics.spacetime.frame import Frame
 
-# Arc beyond which a ray winds for ever; more steps than are needed from one time to the next.
-_MOST_ARC, _MOST_STEPS = 60.0, 300
-# A captured ray ends a little above the horizon, where the azimuth is infinite; closer if the camera is close.
-_ABOVE_HORIZON = 0.01
 # Steps of the search for a zero of the area, by false position.
 _MOST_TRIALS = 30
-# Part of the summed local errors that is left in the better of the two orders, and round-off of N in a beam and, as it
-# enters through the angular momentum, in its area: see integrator/landing.py.
-_STEP_GAIN, _ROUND_OFF, _IN_AREA = 0.02, 3e-15, 4e-15
 # Part of a step by which the rate of change of the area is found.
 _SLOPE_PART = 1e-4
 COORDINATES: tuple[str, ...] = ("mino_time", "radius", "theta", "azimuth", "time", "error", "time_error")
 """Fields of `SpacePoints` that describe a place on a ray."""
-
-
-class BundleState(NamedTuple):
-    """A bundle of rays at one time: rays, two variations and clocks; the azimuth of m; summed errors of the steps."""
-
-    paths: tuple[Path, ...]
-    azimuth: Reals
-    local_error: Reals
-    clock_error: Reals
-
-
-class Bundle(NamedTuple):
-    """Constants along a bundle of rays.
-
-    begin_time, end_time, of Mino, where places begin and end, the latter NaN for rays that are not followed; end_u, 1 /
-    r of rays that do not reach their end where they are left; lost: the end is not reached; captured; opening, the
-    rate in Mino time at which the beam opens at the viewer; first, the rays there.
-    """
-
-    constants: Constants
-    variations: list[Constants]
-    begin_time: Reals
-    end_time: Reals
-    end_u: Reals
-    lost: Flags
-    captured: Flags
-    opening: Reals
-    first: Path
-
-
-@Program
-def departing(frame: Frame, sky: Components, end: End, begin: Reals) -> tuple[Bundle, BundleState, tuple[Aim, Aim]]:
-    """The constants and the state of rays at the viewer, and their aims at the begin and at the end of places.
-
-    begin: the radius at which places begin, at the viewer if that is nearer.
-    """
-    constants, ray, photon = start(frame, sky)
-    paths, variations = with_variations(frame, sky, ray)
-    aim = aim_at(end, frame, photon)
-    stop, other_time = _left(frame, photon, aim)
-    end_time = jnp.where(aim.lost, other_time, aim.mino_time)
-    way_in = aim_at(Sphere(begin), frame, photon)
-    at_once = begin >= frame.radius
-    begin_time = jnp.where(at_once, 0.0, way_in.mino_time)
-    comes = at_once | (~way_in.lost & (begin_time < end_time))
-    is_followed = comes & (photon.energy_ratio > 0) & (end_time * polar_rapidity(constants) < _MOST_ARC)
-    end_time = jnp.where(is_followed, end_time, jnp.nan)
-    end_u = jnp.where(aim.captured, 1 / stop, 0.0)
-    opening = length((*paths[1].rate[1:], *paths[2].rate[1:]))
-    bundle = Bundle(
-        constants, variations, begin_time, end_time, end_u, aim.lost, aim.captured & comes, opening, paths[0]
-    )
-    none = 0 * photon.b
-    paths = (*paths, clock.started(constants, ray))
-    return bundle, BundleState(paths, first_azimuth(frame, ray.rate), none, none), (way_in, aim)
-
-
-def _left(frame: Frame, photon: Photon, aim: Aim) -> tuple[Reals, Reals]:
-    """Radius just above the horizon, and Mino time to there or to infinity, where rays are left that have no end."""
-    quartic, horizon = radial.factor(frame, photon), radial.horizon(frame.spin)
-    stop = horizon + _ABOVE_HORIZON * jnp.minimum(1.0, frame.radius - horizon)
-    to_horizon = radial.mino_time_to(frame, photon, quartic, stop, jnp.zeros_like(aim.captured))
-    return stop, jnp.where(aim.captured, to_horizon, radial.mino_time(frame, photon, quartic))
-
-
-@Program
-def advanced(spin: Reals, bundle: Bundle, state: BundleState, duration: Reals) -> BundleState:
-    """The rays a Mino time later, each by steps of its own that keep the local error at round-off."""
-    constants = bundle.constants
-    rates = _rates(spin, bundle)
-
-    def step(now: tuple[Reals, Reals, BundleState]) -> tuple[Reals, Reals, BundleState]:
-        time_left, steps, state = now
-        count = jnp.ceil(time_left * DENSEST * rapidity(spin, constants, state.paths[0]))
-        h = time_left / jnp.maximum(count, 1)
-        paths, gaps = nystroem_step(rates, state.paths, h, (0, len(state.paths) - 1))
-        turn = azimuth_step(constants.b, state.paths[0].position, paths[0].position)
-        gap, late = local_error(constants, gaps[0]), clock.local_error(constants, paths[-1], gaps[1])
-        after = BundleState(paths, state.azimuth + turn, state.local_error + gap, state.clock_error + late)
-        return jnp.where(count <= 1, 0.0, time_left - h), steps + 1, after
-
-    def goes_on(now: tuple[Reals, Reals, BundleState]) -> Reals:
-        return jnp.any(now[0] > 0) & (now[1] < _MOST_STEPS)
-
-    return jax.lax.while_loop(goes_on, step, (duration, 0, state))[2]
-
-
-def _rates(spin: Reals, bundle: Bundle) -> Rates:
-    return clock.with_clock(partial(all_rates, spin, bundle.constants, bundle.variations), spin, bundle.constants)
-
-
-@Program
-def settled(spin: Reals, bundle: Bundle, surface: End, aim: Aim, state: BundleState) -> tuple[BundleState, Reals]:
-    """Rays that round-off keeps off the surface they aim at, moved onto it; radians by which they were off."""
-    path = state.paths[0]
-    rest = jnp.where(
-        aim.lost, (bundle.end_u - path.position[0]) / path.rate[0], surface.time_left(bundle.constants, aim, path)
-    )
-    paths, _ = short_step(_rates(spin, bundle), state.paths, rest)
-    return state._replace(paths=tuple(paths)), jnp.abs(rest) * polar_rapidity(bundle.constants)
-
-
-@Program
-def end_place(spin: Reals, bundle: Bundle, end: End, aim: Aim, path: Path) -> tuple[Flags, Reals, Reals]:
-    """The ends of rays: True where that is not the one requested; radius and theta, put onto the surface."""
-    u, *m = path.position
-    lost = end.lost(aim, spin, u)
-    x, y, z = (jnp.where(lost, own, put) for own, put in zip(m, end.direction((m[0], m[1], m[2])), strict=True))
-    radius = jnp.where(lost, jnp.where(aim.captured, 1 / jnp.abs(u), jnp.inf), end.radius_at(u))
-    return lost, radius, jnp.arctan2(jnp.hypot(x, y), z)
-
-
-@Program
-def _area(spin: Reals, constants: Constants, state: BundleState) -> Reals:
-    ray, *variations = state.paths[:3]
-    motion = _motion(spin, constants, ray)
-    return area(motion.psi, [ray, *(_across(ray, motion, by) for by in variations)])
-
-
-def _displacement(path: Path, by: Path) -> list[Reals]:
-    """A displacement of a path as a vector of 1 / r and of the direction."""
-    return [by.position[0], *turned(path.position[1:], by.position[1:], by.psi)]
-
-
-def _motion(spin: Reals, constants: Constants, ray: Path) -> Path:
-    """The displacement of a ray in a unit of Mino time."""
-    return Path(ray.rate, ray.rate, ray_rates(spin, constants, ray.position)[1])
-
-
-def _across(ray: Path, motion: Path, by: Path) -> Path:
-    """A variation less its part along the ray, which would cancel in the area."""
-    beside, ahead = _displacement(ray, by), _displacement(ray, motion)
-    along = sum(p * q for p, q in zip(beside, ahead, strict=True)) / sum(q * q for q in ahead)
-    position = tuple(p - along * q for p, q in zip(by.position, motion.position, strict=True))
-    return Path(position, by.rate, by.psi - along * motion.psi)
 
 
 def places(
@@ -184,48 +26,16 @@ def places(
     u, x, y, z = state.paths[0].position
     with np.errstate(divide="ignore"):
         parts = [times, 1 / np.abs(u), np.arctan2(np.hypot(x, y), z), state.azimuth + state.paths[0].psi]
-    parts += _timed(frame, bundle, state, at_infinity)
+    parts += kernel("timed")(frame, bundle, state, at_infinity)
     # Copies that can be written to.
     return {name: np.array(part) for name, part in zip(COORDINATES, parts, strict=True)}
-
-
-@Program
-def _timed(frame: Frame, bundle: Bundle, state: BundleState, at_infinity: Flags) -> tuple[Reals, Reals, Reals]:
-    """Time, error of the direction and of 1 / r, error of the time."""
-    ray, constants = state.paths[0], bundle.constants
-    speed, psi_rate = polar_rapidity(constants), ray_rates(frame.spin, constants, ray.position)[1]
-    at = Arriving(jnp.abs(ray.position[0]), jnp.abs(ray.rate[0]), jnp.abs(psi_rate), speed)
-    turned_by = OF_TURN * (jnp.abs(state.azimuth) + jnp.abs(ray.psi))
-    # The rate of psi is rounded in every step on the way, at both ends of which it may be fast.
-    beside_horizon = 2 * (horizon_noise(frame.spin, 1 / frame.radius) + horizon_noise(frame.spin, at.u))
-    rounded = _ROUND_OFF * (1 + _spread(state) + at.turning) + turned_by + beside_horizon
-    error = _STEP_GAIN * state.local_error * (1 + _growth(bundle, state)) + rounded
-    times = []
-    for end in (SKY, Sphere(1.0)):
-        time = clock.reading(
-            constants, bundle.first, ray, state.paths[-1], at_infinity=not end.finite, distant=frame.start == 0
-        )
-        times.append((time, errors.of_time(frame, end, at, error, error)[0] + _STEP_GAIN * state.clock_error))
-    time, late = (jnp.where(at_infinity, there, here) for there, here in zip(*times, strict=True))
-    return time, error, late
-
-
-def _spread(state: BundleState) -> Reals:
-    """Size of the beam at the places, per radian of N."""
-    ray, *variations = state.paths[:3]
-    return length([part for path in variations for part in _displacement(ray, path)])
-
-
-def _growth(bundle: Bundle, state: BundleState) -> Reals:
-    """The factor by which the beam has opened."""
-    return _spread(state) * polar_rapidity(bundle.constants) / bundle.opening
 
 
 def conjugate_points(
     frame: Frame, bundle: Bundle, track: BundleState, times: np.ndarray
 ) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Places (ray, most) of the zeros of the area by the names of `COORDINATES`, and their number for each ray."""
-    value = np.array(_area(frame.spin, bundle.constants, track))
+    value = kernel("beam_area")(frame.spin, bundle.constants, track)
     crosses = sign_changes(value)
     index = crosses.sum(axis=0)
     points = {name: np.full((len(index), index.max(initial=0)), np.nan) for name in COORDINATES}
@@ -253,8 +63,8 @@ def _zero(
     frame: Frame, bundle: Bundle, track: BundleState, times: np.ndarray, value: np.ndarray, low: np.ndarray
 ) -> dict[str, np.ndarray]:
     """Places (ray) of the zero of the area between the times `low` and `low` + 1: false position (Illinois)."""
-    lane = np.arange(len(low))
-    begin = jax.tree.map(lambda leaf: leaf[low, lane], track)
+    advanced, area, lane = kernel("advanced"), kernel("beam_area"), np.arange(len(low))
+    begin = mapped(lambda leaf: leaf[low, lane], track)
     lower, upper = np.zeros(len(low)), times[low + 1, lane] - times[low, lane]
     at_lower, at_upper = value[low, lane], value[low + 1, lane]
     whole, crosses = upper, at_lower * at_upper < 0
@@ -263,7 +73,7 @@ def _zero(
         with np.errstate(invalid="ignore", divide="ignore"):
             trial = (lower * at_upper - upper * at_lower) / (at_upper - at_lower)
         trial = np.where(np.isfinite(trial), np.clip(trial, lower, upper), lower)
-        at_trial = np.asarray(_area(frame.spin, bundle.constants, advanced(frame.spin, bundle, begin, trial)))
+        at_trial = area(frame.spin, bundle.constants, advanced(frame.spin, bundle, begin, trial))
         # Once at the zero, further trials move away from it again.
         best, least = np.where(np.abs(at_trial) < least, trial, best), np.fmin(np.abs(at_trial), least)
         is_lower = at_trial * at_lower > 0
@@ -276,31 +86,14 @@ def _zero(
         lower, upper = np.where(is_lower, trial, lower), np.where(is_lower, upper, trial)
         if np.all((moved <= 1e-13 * whole) | (at_trial == 0) | ~crosses):
             break
-    state = jax.tree.map(np.asarray, advanced(frame.spin, bundle, begin, best))
+    state = advanced(frame.spin, bundle, begin, best)
     points = places(frame, bundle, state, times[low, lane] + best, np.zeros(len(low), bool))
     further = advanced(frame.spin, bundle, state, _SLOPE_PART * whole)
-    before, after = (np.asarray(_area(frame.spin, bundle.constants, one)) for one in (state, further))
-    in_area, pace, clock_rate = map(np.asarray, _doubt(frame.spin, bundle, state))
+    before, after = (area(frame.spin, bundle.constants, one) for one in (state, further))
+    in_area, pace, clock_rate = kernel("doubt")(frame.spin, bundle, state)
     with np.errstate(invalid="ignore", divide="ignore"):
         late = in_area * _SLOPE_PART * whole / np.abs(after - before)
         points["error"] += pace * late
         # With that of the radius, which is not known beforehand: far out 1 / r changes in Mino time by 1.
         points["time_error"] += clock_rate * points["error"]
     return points
-
-
-@Program
-def _doubt(spin: Reals, bundle: Bundle, state: BundleState) -> tuple[Reals, Reals, Reals]:
-    """Error of the area; rates in Mino time of the place and of the time.
-
-    Each variation is in error by a part of its size, and spans the area with the part of the other across the ray.
-    """
-    ray, *variations = state.paths[:3]
-    constants, (u, _, _, z) = bundle.constants, ray.position
-    motion = _motion(spin, constants, ray)
-    pace, *sizes = (length(_displacement(ray, by)) for by in (motion, *variations))
-    widths = [length(_displacement(ray, _across(ray, motion, by))) for by in variations]
-    rounding = _ROUND_OFF * (1 + _spread(state)) + _IN_AREA * bundle.opening / polar_rapidity(constants)
-    relative = state.local_error * (1 + _growth(bundle, state)) + rounding
-    clock_rate = clock.rate(spin, constants, u, z)
-    return relative * pace * (sizes[0] * widths[1] + widths[0] * sizes[1]), pace, clock_rate

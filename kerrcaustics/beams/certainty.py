@@ -8,8 +8,8 @@ import math
 import jax.numpy as jnp
 
 from kerrcaustics.beams.geometry import first_azimuth, length
-from kerrcaustics.beams.integrator.equations import Constants
-from kerrcaustics.beams.surface import End, Jacobian
+from kerrcaustics.beams.ray_state import Constants, Jacobian
+from kerrcaustics.beams.traced_ends import TracedEnd
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.frame import Frame, Photon
 
@@ -49,7 +49,7 @@ def index_is_certain(jacobian: Jacobian, error: Reals) -> Flags:
 
 
 def crossings(
-    frame: Frame, end: End, counted: Reals, place: tuple[Reals, Reals], leaving: Reals, rate: tuple[Reals, ...]
+    frame: Frame, end: TracedEnd, counted: Reals, place: tuple[Reals, Reals], leaving: Reals, rate: tuple[Reals, ...]
 ) -> tuple[Reals, Flags]:
     """The crossings of rays, and True if their number is certain; an end in the plane within its error is none.
 

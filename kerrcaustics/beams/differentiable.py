@@ -14,49 +14,24 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from kerrcaustics.beams.geometry import cross, dot
 from kerrcaustics.beams.integrator import clock, integrated
-from kerrcaustics.beams.integrator.equations import Constants, horizon_rapidity, rapidity, ray_rates
-from kerrcaustics.beams.integrator.nystroem import Path, Positions, Rates, nystroem_step
-from kerrcaustics.beams.spheres import SKY
-from kerrcaustics.beams.surface import Aim, End
+from kerrcaustics.beams.integrator.equations import horizon_rapidity, rapidity, ray_rates
+from kerrcaustics.beams.integrator.nystroem import Positions, Rates, nystroem_step
+from kerrcaustics.beams.moving import Moving
+from kerrcaustics.beams.ray_state import DENSEST, Aim, Constants, Path
+from kerrcaustics.beams.traced_ends import TracedEnd, TracedSky
+from kerrcaustics.beams.vectors import cross, dot
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.arrays import Components, Reals
-from kerrcaustics.spacetime.camera import Camera, Velocity
 from kerrcaustics.spacetime.frame import Frame
 from kerrcaustics.spacetime.observer import SCREEN, sphere_parts
 
 # Steps per time to the pole of psi, at least; steps in all, for rays that round-off keeps on their way for ever; steps
 # onto the surface, at infinity, where each leaves the cube of the rest, and elsewhere.
 _TO_HORIZON, _MOST_STEPS, _LANDINGS, _FINITE_LANDINGS = 2, 2000, 2, 3
-# Axes of a camera at rest, or in azimuthal motion.
-_AXES = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0))
-
 # Of one ray: the viewer's spin, radius, inclination, and N, or (alpha, beta) of an observer.
 Arguments = Float[Array, "numbers"]
 _Function = Callable[[Arguments, Any], Array]
-
-
-class Moving(NamedTuple):
-    """A camera's motion: its speed and axes, or an angular velocity in place of the speed.
-
-    named, 1 for an angular velocity; orbits, 1 if that is the one of a circular orbit, else it is 0. All are numbers,
-    so that one program serves every camera.
-    """
-
-    speed: Any
-    axes: Any
-    named: Any = 0.0
-    orbits: Any = 0.0
-
-
-def motion_of(velocity: Velocity) -> Moving:
-    """The motion that a velocity of `Camera` stands for."""
-    if isinstance(velocity, str) and velocity in ("circular", "static"):
-        return Moving(0.0, _AXES, 1.0, float(velocity == "circular"))
-    # Any place will do.
-    frame = Camera(0.0, 10.0, velocity=velocity).frame()
-    return Moving(frame.speed, frame.basis)
 
 
 @contextmanager
@@ -99,13 +74,13 @@ class Arrival(NamedTuple):
     time: Reals
 
 
-def end(arguments: Arguments, motion: Moving, density: Reals = integrated.DENSEST, *, timed: bool) -> Array:
+def end(arguments: Arguments, motion: Moving, density: Reals = DENSEST, *, timed: bool) -> Array:
     """n' of one ray that escapes, followed by its time if requested, in `density` steps per radian of arc."""
-    there = arrival(arguments, motion, SKY, density, timed=timed)
+    there = arrival(arguments, motion, TracedSky(), density, timed=timed)
     return jnp.append(there.direction, there.time) if timed else there.direction
 
 
-def arrival(arguments: Arguments, motion: Moving, surface: End, density: Reals, *, timed: bool) -> Arrival:
+def arrival(arguments: Arguments, motion: Moving, surface: TracedEnd, density: Reals, *, timed: bool) -> Arrival:
     """The end of one ray on a surface, in `density` steps per radian of arc; the time, if requested, else NaN."""
     spin, radius, inclination, *sky = arguments
     on_screen = len(sky) == 2
@@ -135,7 +110,7 @@ def _direction(sky: list[Reals]) -> Components:
 
 
 def _path_to_end(
-    spin: Reals, constants: Constants, ray: Path, goal: tuple[End, Aim], density: Reals, *, timed: bool
+    spin: Reals, constants: Constants, ray: Path, goal: tuple[TracedEnd, Aim], density: Reals, *, timed: bool
 ) -> tuple[Path, ...]:
     """The ray, and its clock if requested, on a surface that it is aimed at."""
     surface, aim = goal
@@ -206,7 +181,7 @@ def _orbital(a: Any, r: Any, delta: Any, big: Any) -> Any:
 
 
 def expansion(
-    arguments: Float[Array, "rays numbers"], motion: Moving, surface: End, density: Reals
+    arguments: Float[Array, "rays numbers"], motion: Moving, surface: TracedEnd, density: Reals
 ) -> tuple[Array, Array]:
     """Place, time and det J of rays (rays, 5), and their derivatives by the arguments (rays, 5, numbers).
 
@@ -228,10 +203,9 @@ def expansion(
     return numbers, columns
 
 
-def _on_surface(surface: End, there: Arrival) -> tuple[Array, Array]:
+def _on_surface(surface: TracedEnd, there: Arrival) -> tuple[Array, Array]:
     """The place of an end as a vector that moves within the surface, and the normal there."""
-    # The equatorial plane is the surface on which no radius is fixed.
-    if surface.coordinate != 0:
+    if surface.in_plane:
         return there.direction / there.u, jnp.array([0.0, 0.0, 1.0])
     return there.direction, there.direction
 

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from kerrcaustics.beams import batches
+from kerrcaustics.beams import calls
+from kerrcaustics.beams.accuracy import excess, is_mostly_noise
 from kerrcaustics.beams.beam import Status
-from kerrcaustics.beams.closed_form import small_k
 from kerrcaustics.beams.ends import End
 from kerrcaustics.beams.engine import Engine
-from kerrcaustics.beams.errors import excess, is_mostly_noise
 from kerrcaustics.beams.ray_end import RayEnd, Wanted
+from kerrcaustics.beams.ray_state import MOST_K
 from kerrcaustics.spacetime.frame import photon_of
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -18,20 +18,18 @@ _MAX_ROUNDS = 5
 
 
 def followed(
-    camera: Viewer, sky: np.ndarray, engine: Engine, tolerance: float, end: End, wanted: Wanted, *, many: bool
+    camera: Viewer, sky: np.ndarray, engine: Engine, tolerance: float, end: End, wanted: Wanted
 ) -> RayEnd[np.ndarray]:
-    """Rays by the requested engine; many: they are part of a large job."""
+    """Rays by the requested engine."""
     if engine is Engine.INTEGRATED:
         return _by_integrator(camera, sky, tolerance, end, wanted)
-    # One program serves all beams: index and crossings cost next to nothing, nor does the time of few.
-    request = replace(wanted, index=True, crossings=True, time=wanted.time or not many) if wanted.beams else wanted
-    ends = _by_closed_form(camera, sky, end, request, many=many).only(wanted)
+    ends = _by_closed_form(camera, sky, end, wanted).only(wanted)
     unsure = ~ends.closed_form
     if engine is Engine.AUTO:
         unsure |= is_mostly_noise(ends, tolerance)
     rest = np.flatnonzero(unsure)
     if rest.size:
-        # Few rays, mostly: one program serves every request.
+        # The variations of beams say best how errors have grown.
         more = replace(wanted, beams=True, index=True, crossings=True)
         integrated, before = _by_integrator(camera, sky[rest], tolerance, end.rows(rest), more), ends.rows(rest)
         better = ~before.closed_form | (excess(integrated, tolerance, 0) < excess(before, tolerance, 0))
@@ -39,13 +37,13 @@ def followed(
     return ends
 
 
-def _by_closed_form(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, *, many: bool) -> RayEnd[np.ndarray]:
+def _by_closed_form(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted) -> RayEnd[np.ndarray]:
     """The closed form of all rays, with the formulas for small k."""
     if end.is_beyond(camera):
-        ends = batches.closed_form(camera, sky, end, wanted, many=many)
+        ends = calls.closed_form(camera, sky, end, wanted)
         _add_small_k(camera, sky, end, wanted, ends)
     else:
-        ends = _finite_closed_form(camera, sky, end, wanted, many=many)
+        ends = _finite_closed_form(camera, sky, end, wanted)
     return ends
 
 
@@ -54,16 +52,16 @@ def _add_small_k(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, ends
     rest = np.flatnonzero(~ends.closed_form & (ends.status != Status.CAPTURED))
     if not rest.size:
         return
-    rest = rest[photon_of(camera.frame(), tuple(sky[rest].T)).k < small_k.MOST_K]
+    rest = rest[photon_of(camera.frame(), tuple(sky[rest].T)).k < MOST_K]
     if rest.size:
-        short = batches.closed_form(camera, sky[rest], end.rows(rest), wanted, short=True)
+        short = calls.closed_form(camera, sky[rest], end.rows(rest), wanted, short=True)
         ends.put(rest[short.closed_form], short.rows(short.closed_form))
 
 
-def _finite_closed_form(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, *, many: bool) -> RayEnd[np.ndarray]:
+def _finite_closed_form(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted) -> RayEnd[np.ndarray]:
     """The closed form of rays of which few may arrive: the others are not traced."""
-    lost, captured, certain = batches.prospects(camera, sky, end)
-    some = batches.closed_form(camera, sky[~lost], end.rows(~lost), wanted, many=many)
+    lost, captured, certain = calls.prospects(camera, sky, end)
+    some = calls.closed_form(camera, sky[~lost], end.rows(~lost), wanted)
     ends = some.room(len(sky))
     ends.put(lost, some.nowhere(np.where(captured[lost], Status.CAPTURED, Status.MISSED), certain[lost]))
     ends.put(~lost, some)
@@ -72,10 +70,10 @@ def _finite_closed_form(camera: Viewer, sky: np.ndarray, end: End, wanted: Wante
 
 def _by_integrator(camera: Viewer, sky: np.ndarray, tolerance: float, end: End, wanted: Wanted) -> RayEnd[np.ndarray]:
     """All rays, sorted by work into batches; rays whose error is too large are traced again in shorter steps."""
-    order = np.argsort(batches.work(camera, sky, end), kind="stable")
+    order = np.argsort(calls.work(camera, sky, end), kind="stable")
     sky, end = sky[order], end.rows(order)
     refinement = np.ones(len(sky))
-    ends = batches.integrate(camera, sky, refinement, tolerance, end, wanted)
+    ends = calls.integrate(camera, sky, refinement, tolerance, end, wanted)
     for _ in range(_MAX_ROUNDS):
         ratio = excess(ends, tolerance)
         with np.errstate(invalid="ignore"):
@@ -84,7 +82,7 @@ def _by_integrator(camera: Viewer, sky: np.ndarray, tolerance: float, end: End, 
             break
         before = ratio[inaccurate]
         refinement[inaccurate] *= np.maximum(1.5, 1.15 * before ** (1 / 12))
-        refined = batches.integrate(
+        refined = calls.integrate(
             camera, sky[inaccurate], refinement[inaccurate], tolerance, end.rows(inaccurate), wanted
         )
         after = excess(refined, tolerance)

@@ -4,7 +4,7 @@ import math
 
 from kerrcaustics.beams.equatorial_plane import EquatorialPlane
 from kerrcaustics.beams.spheres import SKY, CelestialSphere as CelestialSphere, Sphere, Spheres, Spherical
-from kerrcaustics.beams.surface import Aim as Aim, Arriving as Arriving, End
+from kerrcaustics.beams.surface import End
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import apart, quoted, real_number
 from kerrcaustics.spacetime.viewer import Viewer

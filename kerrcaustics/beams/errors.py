@@ -2,16 +2,15 @@
 
 An error of n' has two parts. Truncation, of the integrator alone, is reported by its steps and grows with the spread of
 the beam. Round-off is that of N, 1e-16 magnified by the spread, and that of the engine: of its steps (landing.py), of
-its formulas (closed_form/round_off.py). `End` converts an error in the path to one in the surface where rays end.
+its formulas (closed_form/round_off.py). The end converts an error in the path to one in the surface where rays end.
 
 All factors here and there were measured by studies/accuracy/error_estimates.py; the outcome is in docs/accuracy.md.
 """
 
 import jax.numpy as jnp
-import numpy as np
 
-from kerrcaustics.beams.ray_end import RayEnd
-from kerrcaustics.beams.surface import Arriving, End
+from kerrcaustics.beams.ray_state import Arriving
+from kerrcaustics.beams.traced_ends import TracedEnd
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Reals
 from kerrcaustics.spacetime.frame import Frame
@@ -19,8 +18,6 @@ from kerrcaustics.spacetime.sphere import polar_turn
 
 # Of a place at a finite distance, as it enters the Jacobian: that of a beam which has opened far changes with it.
 _OF_PLACE = 4.0
-# The integrator is tried if this part of an error, or more, is round-off that it does not share: it gains a digit.
-_MOSTLY = 0.9
 # Round-off of a radius, relative, as it enters the time; and the part of it at the camera, whose place is exact.
 _TIME_ROUNDING, _AT_CAMERA = 2e-15, 0.3
 # The radius whose rounding is in the time to an `Observer`, whose own radius is subtracted.
@@ -32,7 +29,7 @@ def depth(spin: Reals, u: Reals) -> Reals:
     return 1 / (u * radial.horizon_function(spin, u))
 
 
-def of_jacobian(end: End, own: Reals, error: Reals, turning: Reals, spread: Reals) -> Reals:
+def of_jacobian(end: TracedEnd, own: Reals, error: Reals, turning: Reals, spread: Reals) -> Reals:
     """Error of the Jacobian's columns in space, relative to delta_plus, from the engine's own and the error of the end.
 
     Close to the camera the beam is still small; close to the horizon large turns of psi cancel in it.
@@ -51,7 +48,7 @@ def of_entries(n: Components, of_columns: Reals, error: Reals) -> Reals:
     return jnp.minimum(of_columns + polar_turn(n, error, jnp), 1.0)
 
 
-def of_time(frame: Frame, end: End, at: Arriving, error: Reals, noise: Reals) -> tuple[Reals, Reals]:
+def of_time(frame: Frame, end: TracedEnd, at: Arriving, error: Reals, noise: Reals) -> tuple[Reals, Reals]:
     """Error of the time, from that of the end, and round-off of it: both with that of the radii and of the horizon."""
     # The radius of an observer is not in the time.
     radius = jnp.where(frame.start == 0, jnp.minimum(frame.radius, _FROM_SCREEN), frame.radius)
@@ -62,26 +59,3 @@ def of_time(frame: Frame, end: End, at: Arriving, error: Reals, noise: Reals) ->
         reach, lever = reach + there, end.lever(at, there)
     rounding = _TIME_ROUNDING * reach
     return lever * error + rounding, lever * noise + rounding
-
-
-def excess(ends: RayEnd[np.ndarray], tolerance: float, noises: float = 2) -> np.ndarray:
-    """Errors, that of the time too, relative to the tolerance or, if larger, to `noises` times the round-off."""
-    ratio = ends.error / np.maximum(tolerance, noises * _or_none(ends.noise))
-    if ends.time is None or ends.time_error is None or ends.time_noise is None:
-        return ratio
-    limit = np.maximum(tolerance * np.maximum(1, np.abs(ends.time)), noises * ends.time_noise)
-    return np.maximum(ratio, ends.time_error / limit)
-
-
-def is_mostly_noise(ends: RayEnd[np.ndarray], tolerance: float) -> np.ndarray:
-    """True if an error exceeds the tolerance by round-off of the engine; all engines share that of the direction."""
-    unsure = (ends.error > tolerance) & (_or_none(ends.noise) > _MOSTLY * ends.error)
-    if ends.time is None or ends.time_error is None or ends.time_noise is None:
-        return unsure
-    late = ends.time_error > tolerance * np.maximum(1, np.abs(ends.time))
-    return unsure | late & (ends.time_noise > _MOSTLY * ends.time_error)
-
-
-def _or_none(noise: np.ndarray | None) -> np.ndarray:
-    """The round-off, or 0 if it is not recorded any more."""
-    return np.zeros(()) if noise is None else noise

@@ -6,7 +6,8 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from kerrcaustics.beams.integrator.nystroem import Path
+from kerrcaustics.beams.ray_state import Path
+from kerrcaustics.beams.vectors import cross, dot, turned
 from kerrcaustics.spacetime.arrays import Flags, Reals
 from kerrcaustics.spacetime.frame import Frame
 
@@ -14,21 +15,6 @@ from kerrcaustics.spacetime.frame import Frame
 def length(parts: Any) -> Reals:
     """Euclidean length of a vector given by its components."""
     return jnp.sqrt(sum(p * p for p in parts))
-
-
-def dot(p: Any, q: Any) -> Reals:
-    """Scalar product of two vectors given by their components."""
-    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
-
-
-def cross(p: Any, q: Any) -> tuple[Reals, Reals, Reals]:
-    """Vector product p x q."""
-    return p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]
-
-
-def turned(m: Any, change: Any, angle: Reals) -> tuple[Reals, Reals, Reals]:
-    """A change of m together with a turn about the spin axis by a small angle."""
-    return change[0] - angle * m[1], change[1] + angle * m[0], change[2]
 
 
 def first_azimuth(frame: Frame, rate: tuple[Reals, ...]) -> Reals:

@@ -6,8 +6,8 @@ import numpy as np
 
 from kerrcaustics.beams.beam import Ellipses
 from kerrcaustics.beams.bundles import Bundle, BundleState
-from kerrcaustics.beams.geometry import dot, turned
-from kerrcaustics.beams.integrator.nystroem import Path
+from kerrcaustics.beams.ray_state import Path
+from kerrcaustics.beams.vectors import dot, turned
 from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.spacetime.arrays import Reals
 from kerrcaustics.spacetime.frame import Frame

@@ -4,42 +4,29 @@ import math
 from dataclasses import replace
 from typing import Any
 
-import jax
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Status
-from kerrcaustics.beams.bundles import (
-    COORDINATES,
-    Bundle,
-    BundleState,
-    advanced,
-    conjugate_points,
-    departing,
-    end_place,
-    places,
-    settled,
-    sign_changes,
-)
+from kerrcaustics.beams.bundles import COORDINATES, conjugate_points, places, sign_changes
 from kerrcaustics.beams.directions import as_vectors, normalised
-from kerrcaustics.beams.ends import Aim, End, Sphere, Wherever, end_of
-from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity
-from kerrcaustics.beams.integrator.nystroem import Path
+from kerrcaustics.beams.ends import End, Sphere, Wherever, end_of
+from kerrcaustics.beams.kernels.library import kernel
+from kerrcaustics.beams.kernels.trees import leaves, mapped
 from kerrcaustics.beams.path_beams import PathBeams, beams_along
+from kerrcaustics.beams.ray_state import Aim, Bundle, BundleState, Constants, Path
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import apart, flags, quoted, real_array, real_number, whole_number
 from kerrcaustics.spacetime.frame import Frame, Photon
-from kerrcaustics.spacetime.polar import mino_time_to_plane
-from kerrcaustics.spacetime.settings import own_settings
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
 
-# Rays advanced together; one compiled size serves all.
+# Rays advanced together: what they hold at all times is in memory at once.
 _CHUNK = 512
 # Radians of arc between two values of the beam's area: its zeros lie about pi apart.
 _LONGEST_ARC = 0.8
@@ -197,7 +184,6 @@ def ray_paths(
     return replace(paths, beams=replace(paths.beams, jacobian=by_places))
 
 
-@own_settings()
 def paths_of_directions(
     camera: Viewer,
     directions: ArrayLike,
@@ -241,7 +227,6 @@ def _widened(values: Float[Array, "rays k"], most: int) -> Float[Array, "rays mo
     return np.pad(values, ((0, 0), (0, most - values.shape[1])), constant_values=np.nan)
 
 
-@own_settings()
 @usual_warnings
 def trapped_orbit(spin: float, impact: float, n: int = 1000, *, oscillations: float = 6.0) -> SpacePoints:
     """A photon on a spherical orbit, followed forward in time from the equatorial plane, which it leaves northward.
@@ -284,25 +269,21 @@ def trapped_orbit(spin: float, impact: float, n: int = 1000, *, oscillations: fl
     spin, impact, periods = _checked_orbit(spin, impact, oscillations)
     n = whole_number("n", n, 2, _MOST_POINTS)
     radius, q = (float(part) for part in kerr.spherical_orbit_of_impact(spin, impact))
-    one = np.ones(_CHUNK)
     # Without the radial potential the radius is constant.
-    constants = Constants(0 * one, 0 * one, 0 * one, (q + impact**2) * one, impact * one)
-    ray = Path((one / radius, one, 0 * one, 0 * one), (0 * one, 0 * one, -impact * one, math.sqrt(q) * one), 0 * one)
-    still = jax.tree.map(lambda part: 0 * part, (constants, ray))
-    bundle = Bundle(constants, [still[0]] * 2, 0 * one, one, one, one, one, one, ray)
+    constants = Constants(0.0, 0.0, 0.0, q + impact**2, impact)
+    ray = Path((1 / radius, 1.0, 0.0, 0.0), (0.0, 0.0, -impact, math.sqrt(q)), 0.0)
+    still = mapped(lambda part: 0 * part, (constants, ray))
+    bundle = Bundle(constants, [still[0]] * 2, 0.0, 1.0, 1.0, False, False, 1.0, ray)
     # Of the clock the quadrature alone is used.
-    clock = Path((one,), (0 * one,), 0 * one)
-    state = BundleState((ray, still[1], still[1], clock), *[0 * one] * 3)
+    clock = Path((1.0,), (0.0,), 0.0)
+    state = BundleState((ray, still[1], still[1], clock), 0.0, 0.0, 0.0)
     frame = Camera(spin, radius).frame()
     photon = Photon(impact, q + impact**2, q + (impact - spin) ** 2, q, (0, 0, 0, 0.0), (0, 0, 0, 1.0), 1.0)
-    period = 2 * float(mino_time_to_plane(frame, photon, 1))
+    period = 2 * float(kernel("time_to_plane")(frame, photon, 1))
     times = np.linspace(0, periods * period, n)
-    parts = []
-    for part in np.pad(times, (0, -n % _CHUNK)).reshape(-1, _CHUNK):
-        after = jax.tree.map(np.asarray, advanced(spin, bundle, state, part))
-        there = places(frame, bundle, after, part, np.zeros(_CHUNK, bool))
-        parts.append(there | {"time": (radius + 2) * radius * part + after.paths[-1].psi})
-    fields = {name: np.concatenate([part[name] for part in parts])[:n] for name in COORDINATES}
+    after = kernel("advanced")(spin, bundle, state, times)
+    fields = places(frame, bundle, after, times, np.zeros(n, bool))
+    fields["time"] = (radius + 2) * radius * times + after.paths[-1].psi
     fields["error"] += _OF_ORBIT * (np.abs(fields["azimuth"]) + times * math.sqrt(q + impact**2))
     fields["time_error"] = _OF_ORBIT_TIME * fields["time"] + radius**2 * fields["error"]
     # Backward and forward in time differ by the sense of the azimuth alone.
@@ -329,19 +310,17 @@ def _fields(
     camera: Viewer, sky: np.ndarray, n: int, end: End, begin: float, *, beams: bool
 ) -> tuple[dict[str, np.ndarray], ...]:
     """The fields of a result, of its conjugate points and of its beams, for the rays of one chunk, or fewer."""
-    count, frame = len(sky), camera.frame()
-    # Filled up with the first ray, or any other, so that one compiled size serves all.
-    sky = np.concatenate([sky, np.repeat(sky[:1] if count else np.eye(3)[:1], _CHUNK - count, axis=0)])
-    bundle, state, (way_in, aim) = jax.tree.map(np.asarray, departing(frame, tuple(sky.T), end, begin))
+    frame = camera.frame()
+    bundle, state, (way_in, aim) = kernel(f"departing_{end.kernel}")(frame, tuple(sky.T), end.numbers(), begin)
     track, times, shown = _track(frame, bundle, state, n, math.isinf(begin))
     if begin < camera.radius:
         _settle(frame, bundle, (Sphere(begin), way_in), track, shown.start)
     off = _settle(frame, bundle, (end, aim), track, -1)
-    last = jax.tree.map(lambda leaf: leaf[-1], track.paths[0])
-    lost, radius, theta = map(np.asarray, end_place(frame.spin, bundle, end, aim, last))
+    last = mapped(lambda leaf: leaf[-1], track.paths[0])
+    lost, radius, theta = kernel(f"end_place_{end.kernel}")(frame.spin, bundle, end.numbers(), aim, last)
     at_infinity = np.zeros(times[shown].shape, bool)
     at_infinity[-1] = np.isinf(radius)
-    there = jax.tree.map(lambda leaf: leaf[shown], track)
+    there = mapped(lambda leaf: leaf[shown], track)
     fields, along = places(frame, bundle, there, times[shown], at_infinity), {}
     # The end is known beforehand: the miss shows the error of the time, close to the shadow edge.
     fields["error"][-1] += off
@@ -364,7 +343,12 @@ def _fields(
     turns = sign_changes(np.array(track.paths[0].rate[3])).sum(axis=0)
     fields |= {"status": status.astype(np.int8)}
     fields |= {name: np.where(unknown, -1, n) for name, n in (("index", index), ("turning_points", turns))}
-    return tuple({name: values[:count] for name, values in part.items()} for part in (fields, conjugate, along))
+    return fields, conjugate, along
+
+
+def _polar_rapidity(constants: Constants) -> Array:
+    """Radians of arc along the sphere of m in a unit of Mino time, as integrator/equations.py has it."""
+    return np.sqrt(np.maximum(constants.k, 0) + 3)
 
 
 def _like(flags: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -374,10 +358,12 @@ def _like(flags: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 def _settle(frame: Frame, bundle: Bundle, aimed: tuple[End, Aim], track: BundleState, time: int) -> np.ndarray:
     """Move the rays, at the time of a number, onto the surface at which they aim; radians by which they were off."""
-    now, off = settled(frame.spin, bundle, *aimed, jax.tree.map(lambda leaf: leaf[time], track))
-    for leaf, row in zip(jax.tree.leaves(track), jax.tree.leaves(now), strict=True):
+    end, aim = aimed
+    before = mapped(lambda leaf: leaf[time], track)
+    now, off = kernel(f"settled_{end.kernel}")(frame.spin, bundle, end.numbers(), aim, before)
+    for leaf, row in zip(leaves(track), leaves(now), strict=True):
         leaf[time] = row
-    return np.asarray(off)
+    return off
 
 
 def _track(
@@ -387,14 +373,14 @@ def _track(
 
     endless: the viewer has no place.
     """
-    rapidity, end = np.asarray(polar_rapidity(bundle.constants)), np.nan_to_num(bundle.end_time)
+    rapidity, end = _polar_rapidity(bundle.constants), np.nan_to_num(bundle.end_time)
     begin = end / n if endless else np.minimum(np.nan_to_num(bundle.begin_time), end)
     step = (end - begin) / (n - 1)
     lead, part = (math.ceil(np.max(time * rapidity, initial=0.0) / _LONGEST_ARC) for time in (begin, step))
     part = max(part, 1)
     before = np.arange(lead)[:, None] / max(lead, 1) * begin
     times = np.concatenate([before, begin + np.arange((n - 1) * part + 1)[:, None] / part * step])
-    states = [state]
+    advanced, states = kernel("advanced"), [state]
     for duration in np.diff(times, axis=0):
-        states.append(jax.tree.map(np.asarray, advanced(frame.spin, bundle, states[-1], duration)))
-    return jax.tree.map(lambda *leaves: np.stack(leaves), *states), times, slice(lead, None, part)
+        states.append(advanced(frame.spin, bundle, states[-1], duration))
+    return mapped(lambda *parts: np.stack(parts), *states), times, slice(lead, None, part)

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams.batches import most_on_accelerator, on_accelerator
-from kerrcaustics.beams.beam import Beams, Rays
+from kerrcaustics.beams.accelerator import most_on_accelerator, on_accelerator
+from kerrcaustics.beams.beam import Beams, Rays, engines_used
 from kerrcaustics.beams.directions import as_vectors, normalised
 from kerrcaustics.beams.dispatch import followed
 from kerrcaustics.beams.emitters import redshift as frequency_ratio
@@ -20,7 +20,7 @@ from kerrcaustics.beams.engine import Engine, engine_named, in_words
 from kerrcaustics.beams.ray_end import RayEnd, Wanted
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.spacetime.checks import flags, quoted, real_number
-from kerrcaustics.spacetime.frame import doppler, photon_of, redshift as sky_redshift
+from kerrcaustics.spacetime.frame import doppler, photon_of
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 # Rays that are checked, traced and stored together on a CPU: they determine the memory beside input and result.
@@ -30,10 +30,11 @@ _BLOCK = 1 << 15
 _OF_CONSTANTS, _OF_COSINE = 1e-15, 3e-15
 
 Result = TypeVar("Result", bound=Rays)
+Fields = dict[str, np.ndarray]
 
 
 class _Extra(NamedTuple):
-    """Quantities that follow from the photons and their ends, beside those of the compiled programs."""
+    """Quantities that follow from the photons and their ends, beside those of the kernels."""
 
     redshift: bool = False
     constants: bool = False
@@ -165,7 +166,8 @@ def trace_beams(
     wanted = {"time": time, "index": index, "crossings": crossings}
     extra = {"redshift": redshift, "constants": constants, "emission": emission}
     beams = beams_of_directions(camera, camera.directions(sky), engine, tolerance, end=end, **wanted, **extra)
-    return replace(beams, jacobian=camera.by_places(sky, beams.jacobian))
+    by_places = camera.by_places(sky, beams.jacobian)
+    return beams if by_places is beams.jacobian else replace(beams, jacobian=by_places)
 
 
 def rays_of_directions(
@@ -200,15 +202,6 @@ def beams_of_directions(
     return _traced(Beams, camera, directions, engine, tolerance, end, wanted, _Extra(redshift=redshift, **extra))
 
 
-def trace_in_steps(camera: Viewer, directions: ArrayLike, engine: str, tolerance: float, end: End) -> Beams:
-    """Beams with their index, of a job that traces beams repeatedly: one program serves all of it.
-
-    Parameters as for `beams_of_directions`, which compiles another program for few beams.
-    """
-    wanted = Wanted(beams=True, index=True)
-    return _traced(Beams, camera, directions, engine, tolerance, end, wanted, _Extra(), many=True)
-
-
 def check_request(camera: Viewer, engine: str, tolerance: float) -> tuple[Engine, float]:
     """The requested engine and tolerance; raise ValueError if an argument is invalid."""
     check_viewer(camera)
@@ -227,8 +220,6 @@ def _traced(
     end: Any,
     wanted: Wanted,
     extra: _Extra,
-    *,
-    many: bool = False,
 ) -> Result:
     """The result, traced block by block: on all cores, or in one stream of an accelerator."""
     chosen, tolerance = check_request(camera, engine, tolerance)
@@ -237,28 +228,31 @@ def _traced(
     count = len(directions)
     size, threads = (most_on_accelerator(), 1) if on_accelerator(count) else (_BLOCK, cores())
 
-    def block(start: int) -> RayEnd[np.ndarray]:
+    def block(start: int) -> Fields:
         block_rays = slice(start, start + size)
         unit, there = normalised(directions[block_rays]), surface.rows(block_rays)
-        ends = followed(camera, unit, chosen, tolerance, there.bare(), wanted, many=many or count > size)
-        fields = _extras(extra, camera, unit, there, ends)
-        return (replace(ends, **fields) if fields else ends).finished(tolerance)
+        ends = followed(camera, unit, chosen, tolerance, there.bare(), wanted)
+        fields = ends.finished(tolerance)
+        if not extra.redshift:
+            del fields["redshift"]
+        return fields | _extras(extra, camera, unit, there, ends)
 
     first = block(0)
-    ends = first if count <= size else _with_more(block, first, (count, size), threads)
-    result = kind(engine=chosen.value, **ends.shaped(shape).fields())
-    return replace(result, engine=in_words(result.engines)) if result.engines else result
+    fields = first if count <= size else _with_more(block, first, (count, size), threads)
+    if shape != (count,):
+        fields = {name: values.reshape((*shape, *values.shape[1:])) for name, values in fields.items()}
+    engines = engines_used(fields["error"], fields["closed_form"])
+    return kind(engine=in_words(engines) if engines else chosen.value, **fields)
 
 
-def _with_more(
-    block: Callable[[int], RayEnd[np.ndarray]], first: RayEnd[np.ndarray], sizes: tuple[int, int], threads: int
-) -> RayEnd[np.ndarray]:
+def _with_more(block: Callable[[int], Fields], first: Fields, sizes: tuple[int, int], threads: int) -> Fields:
     """The first block, and the others, shared out among threads; sizes: rays in all, and of a block."""
     count, size = sizes
-    ends = first.room(count)
+    ends = {name: np.empty((count, *values.shape[1:]), values.dtype) for name, values in first.items()}
 
-    def store(start: int, part: RayEnd[np.ndarray]) -> None:
-        ends.put(slice(start, start + size), part)
+    def store(start: int, part: Fields) -> None:
+        for name, values in part.items():
+            ends[name][start : start + size] = values
 
     store(0, first)
     with ThreadPoolExecutor(threads) as pool:
@@ -320,16 +314,14 @@ def _emission(spin: float, end: End, ends: RayEnd[np.ndarray], light: dict[str, 
 def _redshift(camera: Viewer, sky: np.ndarray, end: End, ends: RayEnd[np.ndarray]) -> np.ndarray:
     """Frequency ratio nu_camera / nu_source for the source at the end of each ray; NaN if there can be none."""
     emitter = end.emitter_motion()
-    photon = None if emitter is None else photon_of(camera.frame(), tuple(sky.T))
-    ratio = np.where(np.isfinite(ends.direction[:, 0]), sky_redshift(camera.frame(), sky, photon), np.nan)
-    if emitter is None or photon is None or ends.radius is None or ends.outward is None:
-        return ratio
-    place = ends.radius, ends.direction[:, 2]
-    return np.asarray(frequency_ratio(emitter, camera.spin, (photon.b, photon.q), place, ratio, ends.outward))
+    if emitter is None or ends.radius is None or ends.outward is None:
+        return ends.redshift
+    photon, place = photon_of(camera.frame(), tuple(sky.T)), (ends.radius, ends.direction[:, 2])
+    return np.asarray(frequency_ratio(emitter, camera.spin, (photon.b, photon.q), place, ends.redshift, ends.outward))
 
 
 def cores() -> int:
-    """Cores this process may use; the environment's NPROC, which XLA heeds too, is an upper limit."""
+    """Cores this process may use; the environment's NPROC is an upper limit."""
     count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     limit = os.environ.get("NPROC", "")
     return max(1, min(count, int(limit))) if limit.isdigit() else count

@@ -3,7 +3,6 @@
 import logging
 import os
 import sys
-from importlib.metadata import version
 from typing import Annotated, Any, NoReturn
 
 import cyclopts
@@ -13,11 +12,19 @@ from kerrcaustics.cli.usage import usage_message
 _QUIET = cyclopts.Parameter(name=("--quiet", "-q"), negative=(), group="Global options", show_default=False)
 _EXIT_STATUS = "Exit status: 0 done; 1 something failed, or is not certified; 2 bad input; 130 interrupted."
 
+
+def program_version() -> str:
+    """The version of the package, whose reader takes long to load."""
+    from importlib.metadata import version
+
+    return version("kerrcaustics")
+
+
 app = cyclopts.App(
     name="kerrcaustics",
     help="Caustics, critical curves and star images of a spinning (Kerr) black hole, on the sky of a camera near it.",
     help_epilogue=_EXIT_STATUS,
-    version=lambda: version("kerrcaustics"),
+    version=program_version,
     version_flags=("--version", "-V"),
     # No --empty-star.
     default_parameter=cyclopts.Parameter(negative_iterable=()),

@@ -1,6 +1,5 @@
 """The command `doctor`: the state of the installation, and advice about missing parts."""
 
-import os
 import platform
 import sys
 from importlib.metadata import PackageNotFoundError, requires, version
@@ -19,7 +18,7 @@ from kerrcaustics.extras import EXTRAS
 
 @app.command(**with_examples("doctor"))
 def doctor(*, common: CommonOptions = COMMON) -> None:
-    """List what is installed and what is missing: extras, device, cache of compiled programs, OpenGL."""
+    """List what is installed and what is missing: extras, device, kernels, OpenGL."""
     common.check()
     with progress() as report:
         report("looking at the device", 0.2)
@@ -36,7 +35,7 @@ def doctor(*, common: CommonOptions = COMMON) -> None:
         "device": device,
         "extras": {name: {"installed": not missing, "missing": missing} for name, missing in extras.items()},
         "opengl": opengl,
-        "cache": _cache(),
+        "kernels": _kernels(),
     }
     common.write(entry)
     _print(entry, common.console())
@@ -44,11 +43,12 @@ def doctor(*, common: CommonOptions = COMMON) -> None:
 
 def _device() -> str:
     """The device that computes, in words."""
-    import jax
+    from kerrcaustics.beams.accelerator import name_of_device
+    from kerrcaustics.beams.trace import cores
+    from kerrcaustics.report.machine import processor
 
-    first = jax.devices()[0]
-    cores = f", {len(os.sched_getaffinity(0))} cores" if hasattr(os, "sched_getaffinity") else ""
-    return f"{first.device_kind}{cores}" if first.platform == "cpu" else f"{first.platform}: {first.device_kind}"
+    found, accelerator = f"{processor()}, {cores()} cores", name_of_device()
+    return f"{found}; {accelerator} for many rays" if accelerator else found
 
 
 def _missing(extra: str) -> list[str]:
@@ -83,33 +83,26 @@ def _opengl(tried: bool) -> dict[str, Any]:
     return {"works": True, "advice": "works without a screen"}
 
 
-def _cache() -> dict[str, Any]:
-    """The folder of compiled programs: path, number and size of files, whether it can be written, and why not."""
-    from kerrcaustics.beams.compile_cache import KEPT, cache_folder, unsafe_cache
+def _kernels() -> dict[str, Any]:
+    """The instruction set of the kernels in use, all that are there, and what is wrong with them."""
+    from kerrcaustics.beams.kernels.library import catalogue, level, levels_there
 
-    folder, unsafe = cache_folder(), unsafe_cache()
-    if folder is None:
-        return {"folder": None, "programs": 0, "bytes": 0, "writable": False, "unsafe": "there is no home folder"}
-    readable = not unsafe and os.access(folder, os.R_OK | os.X_OK)
-    files = [path.stat().st_size for path in folder.iterdir() if KEPT.fullmatch(path.name)] if readable else []
-    home = next((place for place in (folder, *folder.parents) if place.exists()), Path("/"))
-    writable = not unsafe and os.access(home, os.W_OK)
-    sizes = {"programs": len(files), "bytes": sum(files)}
-    return {"folder": str(folder), **sizes, "writable": writable, "unsafe": unsafe or None}
+    try:
+        count = len(catalogue()["kernels"])
+        return {"level": level(), "levels": [*levels_there()], "count": count, "problem": None}
+    except RuntimeError as error:
+        return {"level": None, "levels": [], "count": 0, "problem": str(error)}
 
 
 def _print(entry: dict[str, Any], out: Console) -> None:
     say(out, f"kerrcaustics {entry['version']}, Python {entry['python']}, {entry['platform']}")
     say(out, ", ".join(f"{name} {number}" for name, number in entry["packages"].items()))
     say(out, f"Device: {entry['device']}")
-    cache = entry["cache"]
-    content = f"{cache['programs']} compiled programs, {cache['bytes'] / 1e6:.0f} MB"
-    if cache["unsafe"]:
-        mend = "programs are compiled at every start (fix this, or set XDG_CACHE_HOME to a folder of your own)"
-        say(out, f"Cache: {cache['folder'] or 'none'}: not used, as {cache['unsafe']}: {mend}")
-    else:
-        unkept = "" if cache["writable"] else "; it is not writable: missing programs are compiled again at every start"
-        say(out, f"Cache: {cache['folder']}: {content}{unkept}")
+    kernels = entry["kernels"]
+    others = [level for level in kernels["levels"] if level != kernels["level"]]
+    beside = f" (also there: {', '.join(others)})" if others else ""
+    found = f"{kernels['count']} for {kernels['level']}{beside}"
+    say(out, f"Kernels: {kernels['problem'] or found}")
     say(out, f"OpenGL: {entry['opengl']['advice']}")
     table = PlainTable(("extra", "for", "installed"), words=("extra", "for", "installed"))
     for name, state in entry["extras"].items():

@@ -171,7 +171,7 @@ def _render(
     scene: "SceneFile", frame: int, quality: str, preview: bool, path: Path
 ) -> "tuple[Rendering, Development | None]":
     """Render a frame and write its picture; how it was developed, unless it is linear light."""
-    from kerrcaustics.draw.scenes import save_light, save_picture
+    from kerrcaustics.scenes.picture_files import save_light, save_picture
 
     scale = min(_PREVIEW / scene.size[0], 1.0) if preview else 1.0
     with one_line_errors(lambda reason: f"The picture {path} cannot be written: {reason}."):

@@ -156,7 +156,7 @@ def progress(prefix: str = "", left: bool = False, at_once: int = 1) -> Iterator
         columns += (_left_column(estimate),)
     # What goes to a file stays out of the terminal.
     with Progress(*columns, console=console, transient=True, redirect_stdout=sys.stdout.isatty()) as bar:
-        task = bar.add_task(f"{prefix}loading and compiling", total=1.0)
+        task = bar.add_task(f"{prefix}loading", total=1.0)
 
         def report_on_bar(what: str, part: float) -> None:
             estimate.done(time.monotonic(), part)

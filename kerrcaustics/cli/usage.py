@@ -26,7 +26,7 @@ def _unknown_command(error: Any) -> str:
     names = [name for name in error.app if not name.startswith("-")]
     word = error.unused_tokens[0]
     # An option may be meant: help, --verson.
-    return f"Argument COMMAND must be one of {', '.join(names)}, but is {word}{near(word, error.app)}"
+    return f"Argument COMMAND must be one of {', '.join(sorted(names))}, but is {word}{near(word, error.app)}"
 
 
 def _unknown_option(error: Any) -> str:

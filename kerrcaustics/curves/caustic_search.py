@@ -95,7 +95,7 @@ def caustics(
         tolerance=search_map.tolerance,
         seconds=time.perf_counter() - began,
         beams=beams,
-        versions={name: _version(name) for name in ("kerrcaustics", "jax", "numpy")},
+        versions={name: _version(name) for name in ("kerrcaustics", "numpy")},
         missing=missing,
         surface=surface,
     )

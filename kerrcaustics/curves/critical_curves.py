@@ -9,8 +9,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
-import scipy
-from jaxtyping import Float
 
 from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.beams.trace import check_request
@@ -18,7 +16,9 @@ from kerrcaustics.curves.critical_points import LABEL_STEP, Points, Search, leav
 from kerrcaustics.lens_map.domains import Domain, OneLeaf
 from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.lens_map.search_sky import TOLERANCE
+from kerrcaustics.numerics.splines import Spline
 from kerrcaustics.results.progress import report
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.shadow import even_phases
 from kerrcaustics.spacetime.sphere import angle_between, from_angles, polar_basis
 from kerrcaustics.spacetime.viewer import Viewer
@@ -228,7 +228,7 @@ def between(search: Search, curves: dict[int, Points], edge_phases: dict[int, Fl
     """
     order = np.concatenate([np.full(len(edge_phase), k) for k, edge_phase in edge_phases.items()])
     edge_phase = np.concatenate(list(edge_phases.values()))
-    splines = {k: scipy.interpolate.CubicSpline(curves[k].edge_phase, curves[k].depth) for k in edge_phases}
+    splines = {k: Spline(curves[k].edge_phase, curves[k].depth) for k in edge_phases}
     guess = np.concatenate([splines[k](edge_phase) for k, edge_phase in edge_phases.items()])
     new = search.polished(edge_phase, order, guess)
     # Where orders crowd, steps from a poor guess lead to the next curve.

@@ -7,15 +7,15 @@ where the index grows from k - 1 to k, and there delta_minus passes through zero
 from dataclasses import dataclass, replace
 
 import numpy as np
-import skimage
-from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.beam import Beams
-from kerrcaustics.beams.closed_form.formula import LEAST_K
 from kerrcaustics.beams.ends import End
+from kerrcaustics.beams.ray_state import LEAST_K
 from kerrcaustics.lens_map import sky_lines
 from kerrcaustics.lens_map.domains import OneLeaf
 from kerrcaustics.lens_map.lens_map import SearchMap
+from kerrcaustics.numerics.roots import bracketed_roots
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.frame import Photon, photon_of, sky_from_fido
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import polar_basis
@@ -197,8 +197,6 @@ class Search:
         bracketing root-finder where these lead nowhere. Returns the points whose bracket held a root, and which of the
         requested ones they are.
         """
-        from scipy.optimize import elementwise
-
         depth, reach = self._narrowed(edge_phase, order, low, high)
         points = self.polished(edge_phase, order, depth)
         away = np.abs(points.depth - depth)
@@ -209,9 +207,9 @@ class Search:
         if lost.size == 0:
             return points, converged
         bracket, requested = (low[lost], high[lost]), (edge_phase[lost], order[lost])
-        root = elementwise.find_root(self._side, bracket, args=requested, tolerances={"xatol": _COARSE_DEPTH})
-        retried = lost[np.asarray(root.success)]
-        more = self.polished(edge_phase[retried], order[retried], np.asarray(root.x)[root.success])
+        root = bracketed_roots(self._side, bracket, requested, absolute=_COARSE_DEPTH)
+        retried = lost[root.found]
+        more = self.polished(edge_phase[retried], order[retried], root.x[root.found])
         sharp = more.on_curve()
         which = np.concatenate([np.flatnonzero(converged), retried[sharp]])
         converged[retried[sharp]] = True
@@ -338,8 +336,10 @@ def _islands(index: Int[Array, "depths lines"], orders: int) -> dict[int, list[s
         if not inside[-1].all():
             # The search ended before it had passed this order on every line.
             continue
-        pieces = [skimage.measure.label(region, connectivity=1, return_num=True)[1] for region in (inside, ~inside)]
-        if max(pieces) > 1 or (np.diff(inside.astype(int), axis=0) < 0).any():
+        # Where every line passes k once, only the part above may be in several pieces: all lines end below.
+        above = ~inside[0]
+        pieces = int(above[0]) + int((above[1:] & ~above[:-1]).sum())
+        if pieces > 1 or (np.diff(inside.astype(int), axis=0) < 0).any():
             remarks[k].append(f"the Morse index shows more than one critical curve of order {k}")
     return remarks
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from functools import partial, singledispatch
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
 from numpy.polynomial import chebyshev
 
 from kerrcaustics.beams.ends import End, Wherever
@@ -25,6 +24,7 @@ from kerrcaustics.lens_map.domains import Domain, Ring, search_surface
 from kerrcaustics.lens_map.expansions import REFINED, expanded, inverse, with_errors
 from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.frame import sky_from_fido
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 

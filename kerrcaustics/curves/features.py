@@ -8,11 +8,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 from numpy.polynomial import chebyshev
 
 from kerrcaustics.curves.critical_curves import CriticalCurve, between
 from kerrcaustics.curves.critical_points import Points, Search
+from kerrcaustics.shapes import Float
 
 Array = np.ndarray
 

@@ -5,9 +5,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
-import skimage
-from jaxtyping import Bool, Float, Int
 from numpy.polynomial import chebyshev
 
 from kerrcaustics.beams.ends import End
@@ -16,9 +13,11 @@ from kerrcaustics.lens_map.circles_in_plane import Circles
 from kerrcaustics.lens_map.plane_map import Crossings
 from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.lens_map.sky_lines import periodic
+from kerrcaustics.numerics.roots import bracketed_roots
+from kerrcaustics.numerics.splines import Spline
 from kerrcaustics.results.progress import in_steps, report
+from kerrcaustics.shapes import Bool, Float, Int, Shaped
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.arrays import Spline
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.shadow import even_phases
 from kerrcaustics.spacetime.viewer import Viewer
@@ -38,7 +37,7 @@ _NODES, _FEWEST, _WORST = 9, 8, 1e-3
 _EXTREMES = {"r_min": ("radius", -1), "r_max": ("radius", 1), "phi_min": ("azimuth", -1), "phi_max": ("azimuth", 1)}
 # A radius is that of the last circle within this part of it.
 _EDGE = 1e-9
-_TIGHT = {"xatol": 1e-14, "xrtol": 1e-14}
+_TIGHT = {"absolute": 1e-14, "relative": 1e-14}
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,20 +191,25 @@ def _indices(
 
 def _uneven(index: Int[Array, "places lines"], ratio: Float[Array, "places lines"]) -> Bool[Array, "places lines"]:
     """True for places at which, or next to which, the index changes or the beam is thinnest."""
+    uneven = _of_neighbours(np.fmin, index) != _of_neighbours(np.fmax, index)
+    uneven |= (ratio < _THIN) & (ratio == _of_neighbours(np.fmin, ratio))
+    return _of_neighbours(np.fmax, uneven)
+
+
+def _of_neighbours(least_or_most: np.ufunc, values: Shaped[Array, "places lines"]) -> Shaped[Array, "places lines"]:
+    """The least or the largest value of each place and its eight neighbours."""
     # Of the first and the last circle, neighbours on one side only; lines go round.
-    around = {"size": 3, "mode": ("nearest", "wrap")}
-    uneven = scipy.ndimage.minimum_filter(index, **around) != scipy.ndimage.maximum_filter(index, **around)
-    uneven |= (ratio < _THIN) & (ratio == scipy.ndimage.minimum_filter(ratio, **around))
-    return scipy.ndimage.maximum_filter(uneven, **around)
+    wider = np.pad(np.pad(values, ((1, 1), (0, 0)), "edge"), ((0, 0), (1, 1)), "wrap")
+    return least_or_most.reduce(np.lib.stride_tricks.sliding_window_view(wider, (3, 3)), axis=(-2, -1))
 
 
 def _sections(grid: _Grid, order: int) -> list[_Section]:
     """All curves of one order."""
+    from skimage.measure import find_contours
+
     inside = grid.index >= order
     around = np.concatenate([inside, inside[:, :1]], axis=1).astype(float)
-    chains = _joined(
-        [np.round(2 * c).astype(int) for c in skimage.measure.find_contours(around, 0.5)], 2 * inside.shape[1]
-    )
+    chains = _joined([np.round(2 * c).astype(int) for c in find_contours(around, 0.5)], 2 * inside.shape[1])
     sections = [_section(grid, chain, order) for chain in chains]
     return [section for section in sections if section is not None]
 
@@ -295,7 +299,6 @@ def _points(grid: _Grid, chain: Int[Array, "_ 2"], ends: tuple[str, ...]) -> Cro
 
 def _flat(grid: _Grid, start: _Places, stop: _Places, radius: Float[Array, " points"] | None = None) -> Crossings:
     """The points between neighbours where the beams are flat; radius, of the circles on which they are to lie."""
-    from scipy.optimize import elementwise
 
     def at(step: Array, edge_phase: Array, width: Array, part: Array, change: Array, *radius: Array) -> Crossings:
         edge_phase = (edge_phase + step * width) % _TURN
@@ -307,7 +310,7 @@ def _flat(grid: _Grid, start: _Places, stop: _Places, radius: Float[Array, " poi
     width = (stop.edge_phase - start.edge_phase + math.pi) % _TURN - math.pi
     ends = start.edge_phase, width, start.part, stop.part - start.part, *(() if radius is None else (radius,))
     bracket = np.zeros(len(start)), np.ones(len(start))
-    root = elementwise.find_root(lambda step, *e: at(step, *e).ratio, bracket, args=ends, tolerances=_TIGHT)
+    root = bracketed_roots(lambda step, *e: at(step, *e).ratio, bracket, ends, **_TIGHT)
     return at(np.where(np.isfinite(root.x), root.x, 0.5), *ends)
 
 

@@ -10,8 +10,6 @@ out on the screen, at the point opposite to the observer.
 import math
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
-from scipy.interpolate import PchipInterpolator
 
 from kerrcaustics.beams.bundles import COORDINATES
 from kerrcaustics.beams.ends import SKY
@@ -24,6 +22,7 @@ from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import numbers, quoted
 from kerrcaustics.spacetime.frame import sky_from_fido
@@ -212,6 +211,8 @@ def _lines(curve: Points) -> Int[Array, " lines"]:
 
 def _parts_at(camera: Viewer, curve: Points, order: int, inverse: Float[Array, " rows"]) -> Float[Array, "rows lines"]:
     """Parts of the distance from critical curve to edge of rays with conjugate points at given 1/r."""
+    from scipy.interpolate import PchipInterpolator
+
     sparse = np.unique(np.append(np.arange(0, len(curve), _SPARSE), len(curve) - 1))
     part = _searched(camera, curve)
     edge_phase = np.broadcast_to(curve.edge_phase[sparse], (len(part), len(sparse)))
@@ -225,6 +226,8 @@ def _part_at(
     inverse: Float[Array, " rows"], part: Float[Array, " parts"], known: Float[Array, " parts"]
 ) -> Float[Array, " rows"]:
     """Parts on one line, from 1/r of its conjugate points at some: close to the critical curve a power of 1 - part."""
+    from scipy.interpolate import PchipInterpolator
+
     # Round-off may lose those next to the critical curve.
     start = np.isfinite(known).argmax()
     part, known = part[start:], known[start:]

@@ -13,11 +13,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import scipy
-from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.curves.critical_curves import BLUR_ERRORS, CriticalCurve, CriticalCurves, between
 from kerrcaustics.curves.critical_points import Points
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import lengths
 
@@ -138,7 +137,9 @@ class CausticPolygon:
         if len(star) <= _FEW_STARS:
             corner = lengths(corners[:, None] - star).argmin(axis=0)
         else:
-            corner = scipy.spatial.cKDTree(corners).query(star)[1]
+            from scipy.spatial import KDTree
+
+            corner = KDTree(corners).query(star)[1]
         before, after = corners[corner - 1], corners[(corner + 1) % len(corners)]
         return np.minimum(
             distance_from_sides(before, corners[corner], star), distance_from_sides(corners[corner], after, star)
@@ -197,7 +198,9 @@ class CausticPolygon:
         if len(star) <= _FEW_STARS:
             number, which = np.nonzero(lengths(self.middle[:, None] - star) <= self.reach[:, None])
         else:
-            nearby = scipy.spatial.cKDTree(star).query_ball_point(self.middle, self.reach)
+            from scipy.spatial import KDTree
+
+            nearby = KDTree(star).query_ball_point(self.middle, self.reach)
             number = np.repeat(np.arange(len(nearby)), [len(stars) for stars in nearby])
             which = np.concatenate([np.asarray(stars, int) for stars in nearby])
         start, end = self.sides.one.direction, self.sides.other.direction

@@ -5,7 +5,6 @@ from collections.abc import Iterable, Iterator
 from itertools import pairwise
 
 import numpy as np
-from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 from scipy.optimize import linear_sum_assignment
@@ -14,6 +13,7 @@ from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import TURNS
 from kerrcaustics.draw.tracks import all_events, index_line, stretches
 from kerrcaustics.images.images import StarImages
+from kerrcaustics.shapes import Float
 from kerrcaustics.tracks.events import PairEvent
 from kerrcaustics.tracks.tracks import StarTracks
 

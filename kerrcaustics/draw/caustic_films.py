@@ -4,7 +4,6 @@ import math
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, UInt8
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
@@ -23,6 +22,7 @@ from kerrcaustics.draw.sky_axes import (
     is_shapeless,
 )
 from kerrcaustics.draw.titles import headline
+from kerrcaustics.shapes import Float, UInt8
 from kerrcaustics.spacetime.shadow import shadow_edge
 
 Array = np.ndarray

@@ -10,7 +10,6 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, UInt8
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -41,6 +40,7 @@ from kerrcaustics.draw.sky_axes import (
     wrapped,
 )
 from kerrcaustics.draw.titles import headline
+from kerrcaustics.shapes import Float, UInt8
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.spacetime.sphere import polar_angle

@@ -1,7 +1,6 @@
 """Picture of the image counts over a surface of sources, with the caustics on it."""
 
 import numpy as np
-from jaxtyping import Float
 from matplotlib import colormaps, rc_context
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
@@ -14,6 +13,7 @@ from kerrcaustics.draw.projection import whole_line
 from kerrcaustics.draw.sky_axes import celestial_sphere_axes, draw_wrapped, is_sphere, point_out, wrapped
 from kerrcaustics.draw.titles import headline
 from kerrcaustics.images.counts import CountMap
+from kerrcaustics.shapes import Float
 
 Array = np.ndarray
 

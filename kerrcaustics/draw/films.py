@@ -8,12 +8,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from jaxtyping import UInt8
 from matplotlib.artist import Artist
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from kerrcaustics.films.film import Film as Film, write_film as write_film
+from kerrcaustics.shapes import UInt8
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -16,6 +15,7 @@ from kerrcaustics.draw.sky_axes import draw_places
 from kerrcaustics.draw.sky_results import caustics_on_surface, image_places
 from kerrcaustics.draw.titles import headline, place_in_words
 from kerrcaustics.images.images import StarImages
+from kerrcaustics.shapes import Float
 
 Array = np.ndarray
 

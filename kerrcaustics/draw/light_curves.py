@@ -7,7 +7,6 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jaxtyping import Float, UInt8
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -18,6 +17,7 @@ from kerrcaustics.draw.films import Backdrop, Film, blank_frame, camera_settings
 from kerrcaustics.draw.projection import about_shadow, whole_line
 from kerrcaustics.draw.sky_axes import name_sky_axes
 from kerrcaustics.draw.titles import viewer_in_words
+from kerrcaustics.shapes import Float, UInt8
 from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.spacetime.viewer import Viewer

@@ -9,7 +9,6 @@ from textwrap import fill
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, UInt8
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
@@ -22,6 +21,7 @@ from kerrcaustics.draw.projection import azimuthal_equidistant, unrolled_curve, 
 from kerrcaustics.draw.sky_axes import celestial_sphere_axes, critical_line, draw_wrapped
 from kerrcaustics.draw.titles import headline
 from kerrcaustics.draw.tracks import tracks_on_sky, tracks_unrolled
+from kerrcaustics.shapes import Float, UInt8
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.tracks.events import PairEvent, in_time, when
 from kerrcaustics.tracks.tracks import StarTracks

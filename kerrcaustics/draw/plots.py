@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -28,6 +27,7 @@ from kerrcaustics.draw.projection import (
 )
 from kerrcaustics.draw.sky_axes import camera_sky_axes, critical_line, draw_mark, is_shapeless, unrolled_axes
 from kerrcaustics.draw.titles import headline
+from kerrcaustics.shapes import Float
 
 Array = np.ndarray
 

@@ -8,10 +8,10 @@ M, which are zero where light comes straight out of the hole.
 import math
 
 import numpy as np
-from jaxtyping import Float
 from scipy.interpolate import CubicSpline, make_interp_spline
 from scipy.spatial import KDTree
 
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge
 from kerrcaustics.spacetime.sphere import angle_between
 from kerrcaustics.spacetime.viewer import Viewer

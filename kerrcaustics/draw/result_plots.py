@@ -10,7 +10,6 @@ from typing import Any, get_args
 
 import matplotlib.pyplot as plt
 import numpy as np
-from jaxtyping import Float
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -39,6 +38,7 @@ from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.render import Rendering, TracedView
 from kerrcaustics.scenes.render_volume import VolumeRendering
 from kerrcaustics.scenes.tones import AUTO, Auto, tone_mapped
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import one_of
 from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge

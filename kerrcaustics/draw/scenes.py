@@ -1,76 +1,30 @@
 """Pictures of the sky seen through the hole: as files, and on axes with the critical curves."""
 
 import math
-import os
-import shutil
-import tempfile
 from collections.abc import Iterable, Mapping
 from functools import singledispatch
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, UInt8
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator
-from PIL import Image
-from PIL.PngImagePlugin import PngInfo
 
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import azimuthal_equidistant, smoothed, whole_line
-from kerrcaustics.extras import needed
-from kerrcaustics.files import writing
+from kerrcaustics.scenes.picture_files import save_light as save_light, save_picture as save_picture
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.screen import Screen
 from kerrcaustics.scenes.view import View
+from kerrcaustics.shapes import Float, UInt8
 
 Array = np.ndarray
 
 # Over a picture of any colour a line needs a rim.
 _CASING = [withStroke(linewidth=2.0, foreground="white", alpha=0.7)]
 _DARK_CASING = [withStroke(linewidth=2.2, foreground="black", alpha=0.75)]
-
-
-def save_picture(path: str | os.PathLike[str], picture: Array, note: str = "") -> None:
-    """Write a picture (height, width, 3) uint8, as `tone_mapped` makes it, as PNG or JPEG, by the ending of `path`.
-
-    note: a comment in the file.
-    """
-    endings = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG"}
-    ending = os.path.splitext(os.fspath(path))[1].lower()
-    if ending not in endings:
-        raise ValueError(f"Argument `path` must end in {', '.join(endings)}, but is {os.fspath(path)!r}.")
-    picture = np.asarray(picture)
-    if picture.dtype != np.uint8 or picture.ndim != 3 or picture.shape[2] != 3:
-        raise ValueError("Argument `picture` must be an array (height, width, 3) of uint8.")
-    about: dict[str, Any] = {}
-    if note:
-        text = PngInfo()
-        text.add_text("Comment", note)
-        about = {"pnginfo": text} if endings[ending] == "PNG" else {"comment": note}
-    with writing(path) as file:
-        Image.fromarray(picture).save(file, endings[ending], **about)
-
-
-def save_light(path: str | os.PathLike[str], light: Array, alpha: Array | None = None) -> None:
-    """Write linear light (height, width, 3) as an OpenEXR file, single precision; needs the package of that name.
-
-    alpha: opacity (height, width) of what shines; the light is its own already, as OpenEXR has it (premultiplied).
-    """
-    if os.path.splitext(os.fspath(path))[1].lower() != ".exr":
-        raise ValueError(f"Argument `path` must end in .exr, but is {os.fspath(path)!r}.")
-    OpenEXR = needed("exr", "OpenEXR")
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    # The library writes to names alone.
-    with tempfile.TemporaryDirectory() as folder, writing(path) as file:
-        whole = os.path.join(folder, "light.exr")
-        channels = light if alpha is None else np.dstack([light, alpha])
-        names = "RGB" if alpha is None else "RGBA"
-        OpenEXR.File(header, {names: np.ascontiguousarray(channels, np.float32)}).write(whole)
-        with open(whole, "rb") as made:
-            shutil.copyfileobj(made, file)
 
 
 def show_picture(

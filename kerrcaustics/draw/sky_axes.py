@@ -8,7 +8,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
@@ -19,6 +18,7 @@ from kerrcaustics.beams.ends import End
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import OVERLAP, azimuthal_equidistant, smoothed, whole_line
+from kerrcaustics.shapes import Float, Int
 
 Array = np.ndarray
 

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Float32
 
 from kerrcaustics.draw.solids import Model, SpaceCurve, Surface
 from kerrcaustics.files import writing
+from kerrcaustics.shapes import Float, Float32
 
 # Constants of glTF 2.0.
 _FLOAT, _UNSIGNED, _VERTICES, _INDICES, _STRIP, _TRIANGLES = 5126, 5125, 34962, 34963, 3, 4

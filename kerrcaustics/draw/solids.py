@@ -9,7 +9,6 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Float, Int
 
 from kerrcaustics.beams.beam import Status
 from kerrcaustics.beams.paths import RayPaths, SpacePoints, cartesian
@@ -17,6 +16,7 @@ from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.curves.tubes import CausticTube
 from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import whole_line
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.spacetime.viewer import Viewer

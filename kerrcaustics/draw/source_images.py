@@ -3,7 +3,6 @@
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
@@ -18,6 +17,7 @@ from kerrcaustics.draw.projection import about_shadow, whole_line
 from kerrcaustics.draw.sky_results import critical_curves, labelled_once, shadow
 from kerrcaustics.extended_sources.magnification import LimbImage, Magnification
 from kerrcaustics.extended_sources.measured import sphere_scale
+from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.sphere import polar_angle
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.level_curves.circle import Circle

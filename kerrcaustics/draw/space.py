@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jaxtyping import Float
 
-from kerrcaustics.draw.scenes import save_picture
 from kerrcaustics.draw.solid_files import write_gltf, write_html
 from kerrcaustics.draw.solids import Model, Surface
 from kerrcaustics.extras import needed
+from kerrcaustics.scenes.picture_files import save_picture
+from kerrcaustics.shapes import Float
 
 if TYPE_CHECKING:
     import pyvista

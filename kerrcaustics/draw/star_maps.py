@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
@@ -21,6 +20,7 @@ from kerrcaustics.scenes.render import render
 from kerrcaustics.scenes.sky_light import Sky
 from kerrcaustics.scenes.tones import tone_mapped
 from kerrcaustics.scenes.view import View
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.tracks.tracks import StarTracks
 

@@ -5,12 +5,12 @@ import string
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullLocator
 from scipy.interpolate import Akima1DInterpolator
 
 from kerrcaustics.draw import palettes
+from kerrcaustics.shapes import Bool, Float
 
 PAGE_WIDTH = 7.0
 """Width in inches of a picture that fills a journal page."""

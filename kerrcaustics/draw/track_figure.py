@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
@@ -12,6 +11,7 @@ from kerrcaustics.draw import style
 from kerrcaustics.draw.brightness import brightness, brightness_by_azimuth
 from kerrcaustics.draw.titles import headline, level_in_words, viewer_in_words
 from kerrcaustics.draw.tracks import tracks_legend, tracks_on_sky, tracks_unrolled
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.tracks.events import PairEvent
 from kerrcaustics.tracks.tracks import StarTracks

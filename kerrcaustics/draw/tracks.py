@@ -6,7 +6,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float, Int, Real
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
@@ -22,6 +21,7 @@ from kerrcaustics.draw.projection import (
     view_axes,
 )
 from kerrcaustics.draw.sky_axes import camera_sky_axes, critical_line, unrolled_axes
+from kerrcaustics.shapes import Bool, Float, Int, Real
 from kerrcaustics.tracks.events import PairEvent
 from kerrcaustics.tracks.tracks import StarTracks, Track
 

@@ -8,7 +8,6 @@ from io import BytesIO
 from typing import Any, ClassVar
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import ArrayLike
 from PIL import Image
 
@@ -22,6 +21,7 @@ from kerrcaustics.scenes.sky_light import Sky
 from kerrcaustics.scenes.star_field import StarField
 from kerrcaustics.scenes.tones import tone_mapped
 from kerrcaustics.scenes.view import View
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import real_number
 from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge

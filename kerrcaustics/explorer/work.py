@@ -5,7 +5,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from kerrcaustics.beams.compile_cache import compiling
 from kerrcaustics.explorer.answers import Question, answer, refusal
 from kerrcaustics.explorer.page_data import Message
 from kerrcaustics.results.progress import listening
@@ -43,10 +42,10 @@ class Work:
         self.stage = stage
 
     def progress(self) -> Message:
-        """The question, the seconds so far, the stage in words, and the number of programs that are being compiled."""
+        """The question, the seconds so far, and the stage in words."""
         seconds, stage = time.monotonic() - self.began, self.stage.replace("_", " ")
         record = {"kind": "progress", "id": self.number, "want": self.want, "seconds": seconds, "stage": stage}
-        return Message({**record, "compiling": len(compiling())}, {})
+        return Message(record, {})
 
     @contextmanager
     def reported(self, send: Callable[[Message], None]) -> Iterator[None]:

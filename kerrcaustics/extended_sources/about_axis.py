@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float
-from scipy.interpolate import CubicSpline
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import beams_of_directions
@@ -20,6 +18,8 @@ from kerrcaustics.extended_sources.limb import Limb
 from kerrcaustics.images.sheet_grids import Sheet
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.search_sky import TOLERANCE
+from kerrcaustics.numerics.splines import Spline
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle, polar_basis
 from kerrcaustics.tracks.level_curves.circle import Circle
 
@@ -88,11 +88,11 @@ class _SheetImages:
         """Directions at places of arcs between longitudes, and their errors across the limb."""
         longitude = at_places(low, high)
         swept, azimuth = self._swept(self.circle.place(longitude.ravel()))
-        part_of, slope, turned_of, _ = self._line
+        part_of, swept_of, turned_of, _ = self._line
         part, turn = part_of(swept), azimuth - turned_of(swept)
         for _ in range(_STEPS):
             beams = self._beams(self._sky(part, turn))
-            part = part + (swept - self._swept(beams.direction)[0]) / slope(part)
+            part = part + (swept - self._swept(beams.direction)[0]) / swept_of(part, 1)
         sky = self._sky(part, turn)
         beams = self._beams(sky)
         offset = Limb(self.sheets.camera, self.sheets.surface, self.circle).offset(sky, beams)
@@ -106,8 +106,8 @@ class _SheetImages:
         return self.sheets.sky(np.stack([-np.cos(away), across * np.cos(turn), across * np.sin(turn)], axis=-1))
 
     @cached_property
-    def _line(self) -> tuple[CubicSpline, CubicSpline, CubicSpline, CubicSpline]:
-        """Along a line of rays: the part of the sheet by the angle swept, and the rate of that by it.
+    def _line(self) -> tuple[Spline, Spline, Spline, Spline]:
+        """Along a line of rays: the part of the sheet by the angle swept, and that by it.
 
         Then by the angle swept the azimuth of ends less the position angle, and by the part the angle from the hole.
         """
@@ -119,10 +119,10 @@ class _SheetImages:
         turned = np.unwrap(azimuth - np.arctan2(sight[:, 2], sight[:, 1]))[1:-1]
         swept[[0, -1]] = 0.0, math.pi
         return (
-            CubicSpline(swept, part),
-            CubicSpline(part, swept).derivative(),
-            CubicSpline(swept[1:-1], turned),
-            CubicSpline(part, away),
+            Spline(swept, part),
+            Spline(part, swept),
+            Spline(swept[1:-1], turned),
+            Spline(part, away),
         )
 
     def _swept(self, place: Float[Array, "n 3"]) -> tuple[Float[Array, " n"], Float[Array, " n"]]:

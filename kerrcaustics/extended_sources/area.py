@@ -13,8 +13,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
-from jaxtyping import Complex, Float, Int
 from numpy.polynomial import legendre
 
 from kerrcaustics.extended_sources.arcs import (
@@ -28,6 +26,8 @@ from kerrcaustics.extended_sources.arcs import (
     with_ends,
 )
 from kerrcaustics.lens_map.search_sky import SearchSky
+from kerrcaustics.numerics.matching import component_of
+from kerrcaustics.shapes import Complex, Float, Int
 from kerrcaustics.spacetime.sphere import from_angles, lengths, tangent_basis
 
 Array = np.ndarray
@@ -74,8 +74,7 @@ class Boundary:
 def components(arcs: BoundaryArcs) -> list[Int[Array, " _"]]:
     """Numbers of the arcs of each connected boundary."""
     nodes = int(max(arcs.left.max(), arcs.right.max())) + 1
-    graph = scipy.sparse.coo_matrix((np.ones(len(arcs)), (arcs.left, arcs.right)), shape=(nodes, nodes))
-    label = scipy.sparse.csgraph.connected_components(graph, directed=False)[1][arcs.left]
+    label = component_of(arcs.left, arcs.right, nodes)[arcs.left]
     return [np.flatnonzero(label == one) for one in np.unique(label)]
 
 

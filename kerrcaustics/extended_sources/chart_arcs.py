@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float, Int
 from numpy.polynomial import chebyshev
 
 from kerrcaustics.extended_sources.arcs import (
@@ -21,6 +20,7 @@ from kerrcaustics.extended_sources.arcs import (
 from kerrcaustics.extended_sources.chart_curves import on_curves
 from kerrcaustics.extended_sources.contours import Contours, Steps
 from kerrcaustics.extended_sources.patches import FROM_RIM, Patch
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import lengths
 

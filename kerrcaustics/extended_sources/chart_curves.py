@@ -3,10 +3,10 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
-from scipy.optimize import elementwise
 
 from kerrcaustics.extended_sources.patches import ChartRays, Patch
+from kerrcaustics.numerics.roots import bracketed_roots
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import lengths
 
@@ -20,7 +20,7 @@ _ERRORS, _MOST_ERRORS, _SMALL = 3.0, 10.0, 1e-9
 # sides of a cell, and the shortest one in lengths of the chord, about. Where more lines than this need it, the curve is
 # lost anyway.
 _WAYS, _REACH, _LEAST, _MOST_ASTRAY = np.linspace(-1, 1, 41), 1.5, 0.1, 500
-_TIGHT = {"xatol": 1e-15, "xrtol": 1e-15}
+_TIGHT = {"absolute": 1e-15, "relative": 1e-15}
 
 
 @dataclass(frozen=True)
@@ -171,9 +171,7 @@ def _bracketed(patch: Patch, lines: _Lines, rising: Float[Array, " lines"], sear
     if not len(rows):
         return search
     low, high = ways[rows, best[rows]], ways[rows, best[rows] + 1]
-    root = elementwise.find_root(
-        lambda way, row: lines[row.astype(int)].at(patch, way)[1], (low, high), args=(rows,), tolerances=_TIGHT
-    )
+    root = bracketed_roots(lambda way, row: lines[row].at(patch, way)[1], (low, high), (rows,), **_TIGHT)
     way = np.where(np.isfinite(root.x), root.x, (low + high) / 2)
     step = 1e-3 * (high - low)
     (_, here, error), (_, beside, _) = (lines[rows].at(patch, w) for w in (way, way + step))
@@ -201,5 +199,5 @@ def meetings(
         return patch.rays(*place(part, *ends).T).ratio
 
     args = (*start.T, *stop.T, *axes.reshape(-1, 4).T, rising)
-    root = elementwise.find_root(value, (np.zeros(len(start)), np.ones(len(start))), args=args, tolerances=_TIGHT)
+    root = bracketed_roots(value, (np.zeros(len(start)), np.ones(len(start))), args, **_TIGHT)
     return place(np.where(np.isfinite(root.x), root.x, 0.5), *args)

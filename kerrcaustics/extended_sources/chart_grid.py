@@ -4,10 +4,10 @@ import math
 from copy import copy
 
 import numpy as np
-import scipy
-from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.extended_sources.patches import Patch
+from kerrcaustics.numerics.matching import component_of
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.sphere import lengths
 
 Array = np.ndarray
@@ -135,9 +135,9 @@ class ChartGrid:
     def _labels(self, near: Int[Array, " near"]) -> Int[Array, " near"]:
         """Numbers of the pieces that hang together by corners."""
         which = self.which[near]
-        entries = np.ones(which.size), (np.repeat(np.arange(len(near)), 4), len(near) + which.ravel())
-        graph = scipy.sparse.coo_matrix(entries, shape=(len(near) + len(self.corners),) * 2)
-        return scipy.sparse.csgraph.connected_components(graph, directed=False)[1][: len(near)]
+        cells, corners = np.repeat(np.arange(len(near)), 4), len(near) + which.ravel()
+        lowest = component_of(cells, corners, len(near) + len(self.corners))[: len(near)]
+        return np.unique(lowest, return_inverse=True)[1]
 
     def _along_curve(self, piece: Int[Array, " cells"]) -> "ChartGrid | None":
         """Cells over the same piece that are long where the map hardly changes; None unless these are fewer."""

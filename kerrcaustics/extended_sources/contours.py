@@ -9,13 +9,13 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float, Int
-from scipy.optimize import elementwise
 
 from kerrcaustics.extended_sources.chart_curves import meetings
 from kerrcaustics.extended_sources.chart_grid import CORNERS, SIDES, ChartGrid
 from kerrcaustics.extended_sources.patches import Patch
+from kerrcaustics.numerics.roots import bracketed_roots
 from kerrcaustics.results.progress import report
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import lengths
 
@@ -28,7 +28,7 @@ GIVEN_UP = f"the limb and the critical curves need more than {MOST_RAYS} rays, a
 _TURN = 2 * math.pi
 # Most cells, and in one direction; how often cells are halved again where curves in them are in doubt.
 _MOST_CELLS, _FINEST, _MOST_RETRIES = 20_000, 1 << 48, 3
-_TIGHT = {"xatol": 1e-15, "xrtol": 1e-15}
+_TIGHT = {"absolute": 1e-15, "relative": 1e-15}
 
 
 @dataclass(frozen=True)
@@ -189,7 +189,7 @@ def _roots(patch: Patch, low: Array, step: Array, field: str) -> Float[Array, "s
         return getattr(patch.rays(a + part * c, b + part * d), field)
 
     bracket = np.zeros(len(low)), np.ones(len(low))
-    root = elementwise.find_root(value, bracket, args=(*low.T, *step.T), tolerances=_TIGHT)
+    root = bracketed_roots(value, bracket, (*low.T, *step.T), **_TIGHT)
     return low + np.where(np.isfinite(root.x), root.x, 0.5)[:, None] * step
 
 

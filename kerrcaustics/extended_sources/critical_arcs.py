@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.curves.critical_curves import CriticalCurve, between
@@ -13,6 +12,7 @@ from kerrcaustics.extended_sources.arcs import NODES, BoundaryArcs
 from kerrcaustics.extended_sources.known_curves import at_places, refined
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.search_sky import TOLERANCE
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.tracks.level_curves.circle import Circle
 
 Array = np.ndarray

@@ -3,9 +3,9 @@
 from collections.abc import Callable
 
 import numpy as np
-from jaxtyping import Float, Int
 
 from kerrcaustics.extended_sources.arcs import DERIVATIVE, GUESSED, NODES, WEIGHTS, BoundaryArcs, along, unit, values_at
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.sphere import lengths
 
 Array = np.ndarray

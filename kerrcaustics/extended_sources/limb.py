@@ -10,7 +10,6 @@ gradient.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import End
@@ -30,6 +29,7 @@ from kerrcaustics.extended_sources.arcs import (
 )
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.lens_map.sky_chart import chart_of
+from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import flattened, lengths, tangent_basis
 from kerrcaustics.spacetime.viewer import Viewer

@@ -1,7 +1,6 @@
 """The images of a uniform disc, by the method that its surface asks for."""
 
 import numpy as np
-from jaxtyping import Float
 
 from kerrcaustics.beams.ends import End, Sphere
 from kerrcaustics.extended_sources.area import Weight
@@ -13,6 +12,7 @@ from kerrcaustics.extended_sources.on_sheets import measured_on_sheets
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.sheets import sheets_of
 from kerrcaustics.results.progress import in_steps
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.viewer import Viewer
 
 # Parts by which the radius of a disc is changed whose limb touches a caustic: the first to be tried, and others as long

@@ -5,11 +5,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float, Int
 
 from kerrcaustics.extended_sources.arcs import BoundaryArcs
 from kerrcaustics.extended_sources.area import Boundary, Weight, boundaries, seen_points, total
 from kerrcaustics.lens_map.search_sky import SearchSky
+from kerrcaustics.shapes import Float, Int
 
 Array = np.ndarray
 

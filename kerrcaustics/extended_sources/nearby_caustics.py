@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float, Int
 
 from kerrcaustics.curves.critical_curves import CriticalCurve, CriticalCurves, between
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.images.sheets import Sheets
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.sphere import angle_between, lengths
 from kerrcaustics.tracks.level_curves.circle import Circle
 from kerrcaustics.tracks.level_curves.links import inner_parts

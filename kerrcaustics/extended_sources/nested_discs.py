@@ -13,11 +13,11 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from jaxtyping import Float
 from numpy.polynomial import legendre
 
 from kerrcaustics.extended_sources.profiles import Brightness
 from kerrcaustics.results.progress import in_steps
+from kerrcaustics.shapes import Float
 
 Array = np.ndarray
 

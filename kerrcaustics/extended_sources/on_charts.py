@@ -8,7 +8,6 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from kerrcaustics.beams.ends import End
 from kerrcaustics.curves.critical_curves import CriticalCurves
@@ -30,6 +29,7 @@ from kerrcaustics.images.sheets import bounding_curves
 from kerrcaustics.lens_map.domains import Ring, TwoLeaves, domain_of
 from kerrcaustics.lens_map.search_sky import search_camera, search_sky
 from kerrcaustics.results.progress import in_steps
+from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.viewer import Viewer

@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float, Int
 
 from kerrcaustics.beams.ends import End
 from kerrcaustics.extended_sources.about_axis import AxialLimb, symmetric
@@ -26,6 +25,7 @@ from kerrcaustics.extended_sources.skeleton import of_branches, of_small_images
 from kerrcaustics.images.search import ImageSearch, search
 from kerrcaustics.images.sheets import Sheets, sheets_of
 from kerrcaustics.lens_map.search_sky import SearchSky, search_sky
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.sphere import moved
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.level_curves.branches import Branches

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float, Int
 
 from kerrcaustics.beams.ends import End, EquatorialPlane
 from kerrcaustics.beams.trace import beams_of_directions
@@ -21,8 +20,9 @@ from kerrcaustics.lens_map.circles_in_plane import Circles
 from kerrcaustics.lens_map.domains import Ring, TwoLeaves
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.lens_map.sky_lines import lines_across, periodic
+from kerrcaustics.numerics.splines import Spline
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.arrays import Spline
 from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import angle_between, lengths

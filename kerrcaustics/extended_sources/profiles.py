@@ -5,10 +5,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 from numpy.polynomial import legendre
 
 from kerrcaustics.choices import near
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import numbers, quoted
 
 Array = np.ndarray

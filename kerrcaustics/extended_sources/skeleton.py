@@ -8,8 +8,6 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float, Int
-from scipy.optimize import linear_sum_assignment
 
 from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.extended_sources.arcs import GUESSED
@@ -18,6 +16,8 @@ from kerrcaustics.images.search import ImageSearch, search
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.lens_map.sky_chart import Chart, apart, chart_of
+from kerrcaustics.numerics.matching import best_matches
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.sphere import flattened
 from kerrcaustics.tracks.level_curves.branches import Branches, Cubics
 from kerrcaustics.tracks.level_curves.circle import Circle
@@ -91,7 +91,7 @@ def _following(
             kinds = np.full((len(first), len(second)), k)
             step = apart(kinds, place[first][:, None], place[second][None])
             cost = plain_cost(step, rate[first][:, None], rate[second][None], np.zeros(kinds.shape))
-            rows, chosen = linear_sum_assignment(cost)
+            rows, chosen = best_matches(cost)
             best = cost[rows, chosen]
             cost[rows, chosen] = np.inf
             if (best > _SURE).any() or (best > _SURE * cost.min(axis=1)).any():

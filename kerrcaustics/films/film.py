@@ -25,7 +25,7 @@ from kerrcaustics.workers.worker_failures import Compute, Finished, WorkerFailur
 
 # A film that is done in fewer seconds needs no estimate, and one with fewer frames to draw has them in their order.
 _WORTH_SAYING, _SPREAD_FROM = 10.0, 24
-# Frames of each process after its first, after which their time is announced, and checked: one of them may compile too.
+# Frames of each process after its first, after which their time is announced, and checked: one of them may load too.
 _ANNOUNCED_AFTER, _MOST_OFF = (1, 4), 1 / 3
 # Frames that failed, besides the first, that are named in a line.
 _MOST_NAMED = 10
@@ -143,7 +143,7 @@ def make_film(
         As for `caustics`; the part is that of the frames that are done.
     announce : callable
         Called with a line on how long a frame and the film take, and the seconds left, when each process has drawn the
-        frame with which it loads and compiles, and another; the second frame is from the middle of the film. Called
+        frame with which it loads, and another; the second frame is from the middle of the film. Called
         once more if three frames later that was off by more than a third; not for films of a few seconds.
 
     Returns
@@ -250,7 +250,7 @@ def _announcing(announce: Progress, store: FrameStore, missing: int, workers: in
 
 
 def _without_longest(times: list[float]) -> float:
-    """The mean without the longest quarter, which may have compiled."""
+    """The mean without the longest quarter, which may have loaded."""
     return fmean(sorted(times)[: len(times) - len(times) // 4])
 
 

@@ -21,11 +21,11 @@ from time import perf_counter as clock
 from typing import Any
 
 import numpy as np
-from jaxtyping import UInt8
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 from kerrcaustics.files import content, locked, make_room, writing
+from kerrcaustics.shapes import UInt8
 
 Array = np.ndarray
 Draw = Callable[[int], UInt8[Array, "height width 3"]]
@@ -197,7 +197,7 @@ def draw_frame(folder: str, mark: str, draw: Draw, number: int) -> None:
         # One frame never costs the others.
         store.fail(number, f"{type(error).__name__}: {' '.join(str(error).split())}")
         return
-    # The first one loads and compiles, too, and is no guide to what others take.
+    # The first one loads too, and is no guide to what others take.
     seconds = clock() - began if mark in WARM else None
     WARM.add(mark)
     store.write(number, picture, seconds)

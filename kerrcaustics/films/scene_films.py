@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from jaxtyping import UInt8
 
 from kerrcaustics.films.film import Film
+from kerrcaustics.shapes import UInt8
 
 Array = np.ndarray
 

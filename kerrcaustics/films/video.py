@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import UInt8
 from PIL import Image
 
 from kerrcaustics.extras import needed
 from kerrcaustics.files import writing
+from kerrcaustics.shapes import UInt8
 
 Array = np.ndarray
 Pictures = Iterator[UInt8[Array, "height width 3"]]

@@ -11,7 +11,8 @@ from jaxtyping import Array, Float
 from numpy.polynomial import chebyshev
 from numpy.polynomial.legendre import leggauss
 
-from kerrcaustics.beams.differentiable import Moving, float64, motion_of
+from kerrcaustics.beams.differentiable import float64
+from kerrcaustics.beams.moving import Moving, motion_of
 from kerrcaustics.functional.fold_patch import (
     Fold,
     Pair,

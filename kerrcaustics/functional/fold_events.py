@@ -7,7 +7,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from kerrcaustics.beams.differentiable import Moving, float64, motion_of
+from kerrcaustics.beams.differentiable import float64
+from kerrcaustics.beams.moving import Moving, motion_of
 from kerrcaustics.functional.fold_patch import Patch, fold_where, patch_of, smooth_root
 from kerrcaustics.functional.local_map import Vector, determinant, smooth, tangents, unit
 from kerrcaustics.functional.traced_arguments import (

@@ -14,7 +14,8 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpy.polynomial import chebyshev
 
-from kerrcaustics.beams.differentiable import Moving, end
+from kerrcaustics.beams.differentiable import end
+from kerrcaustics.beams.moving import Moving
 from kerrcaustics.functional.local_map import Vector, jacobian, smooth, tangents, unit
 
 # Nodes of a patch along one side; the half-width of the patch in which a fold is looked for, times the major diameter;

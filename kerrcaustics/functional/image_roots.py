@@ -7,7 +7,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from kerrcaustics.beams.differentiable import Moving, end, float64, motion_of
+from kerrcaustics.beams.differentiable import end, float64
+from kerrcaustics.beams.moving import Moving, motion_of
 from kerrcaustics.functional.local_map import (
     Vector,
     determinant,

@@ -7,7 +7,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from kerrcaustics.beams.differentiable import Moving, differentiable, end, float64
+from kerrcaustics.beams.differentiable import differentiable, end, float64
+from kerrcaustics.beams.moving import Moving
 from kerrcaustics.spacetime.sphere import tangent_basis
 
 Vector = Float[Array, "3"]

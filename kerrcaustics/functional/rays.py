@@ -6,7 +6,8 @@ from typing import Any
 import jax
 from jaxtyping import Array, Float
 
-from kerrcaustics.beams.differentiable import Moving, differentiable, end, float64, motion_of
+from kerrcaustics.beams.differentiable import differentiable, end, float64
+from kerrcaustics.beams.moving import Moving, motion_of
 from kerrcaustics.functional.traced_arguments import check_axis, check_shapes, wide, wide_place, with_place
 from kerrcaustics.spacetime.camera import Velocity
 

@@ -7,7 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
-from kerrcaustics.beams.differentiable import Moving, float64, motion_of
+from kerrcaustics.beams.differentiable import float64
+from kerrcaustics.beams.moving import Moving, motion_of
 from kerrcaustics.curves.caustic import Caustic
 from kerrcaustics.curves.caustic_search import caustics
 from kerrcaustics.functional.disc_images import closest_fold

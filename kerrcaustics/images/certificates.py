@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.ends import End
 from kerrcaustics.images import circle_arcs
@@ -19,6 +18,7 @@ from kerrcaustics.images.search import ImageSearch, search, sharpened
 from kerrcaustics.images.sheets import sheets_of
 from kerrcaustics.lens_map.domains import Domain, OneLeaf, Ring, TwoLeaves, domain_of
 from kerrcaustics.lens_map.search_sky import search_sky
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray

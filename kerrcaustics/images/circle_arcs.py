@@ -10,15 +10,16 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.images.search import ImageSearch, SkyImages, searched_together
 from kerrcaustics.lens_map.circles_in_plane import Circles
 from kerrcaustics.lens_map.domains import Ring
 from kerrcaustics.lens_map.plane_map import Crossings
 from kerrcaustics.lens_map.search_sky import TOLERANCE
+from kerrcaustics.numerics.roots import bracketed_roots
+from kerrcaustics.numerics.splines import Spline
 from kerrcaustics.results.progress import in_steps
-from kerrcaustics.spacetime.arrays import Spline
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.shadow import even_phases
 
 Array = np.ndarray
@@ -39,7 +40,7 @@ _THINNER, _CERTAIN, _BESIDE = 0.5, 10.0, 1e-6
 # A source so many errors from where the azimuth turns back cannot be distinguished from a caustic.
 _BLUR_ERRORS = 10.0
 _NEAREST = {"xatol": 1e-9, "xrtol": 0.0, "fatol": 0.0, "frtol": 0.0}
-_TIGHT = {"xatol": 1e-15, "xrtol": 1e-14}
+_TIGHT = {"absolute": 1e-15, "relative": 1e-14}
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,12 +81,11 @@ class Arcs:
         self, value: Callable[[Crossings], Array], start: Float[Array, " steps"], width: Float[Array, " steps"]
     ) -> Float[Array, " steps"]:
         """Edge phases of steps along the circle at which a quantity of points vanishes; the middle where none does."""
-        from scipy.optimize import elementwise
 
         def at(step: Array, start: Array) -> Array:
             return value(self.at((start + step) % _TURN))
 
-        root = elementwise.find_root(at, (np.zeros(len(start)), width), args=(start,), tolerances=_TIGHT)
+        root = bracketed_roots(at, (np.zeros(len(start)), width), (start,), **_TIGHT)
         return (start + np.where(np.isfinite(root.x), root.x, width / 2)) % _TURN
 
     def _astray(self, points: Crossings) -> Bool[Array, " points"]:
@@ -149,8 +149,6 @@ def _thinnest(arcs: Arcs, points: Crossings) -> tuple[Crossings, tuple[str, ...]
     A circle that just reaches a caustic crosses it twice within a step. There delta_minus is followed down to where it
     is least: it changes its sign, or does not, or is too small for either.
     """
-    from scipy.optimize import elementwise
-
     place = np.arange(len(points))
     before, after = points[np.roll(place, 1)], points[np.roll(place, -1)]
     back, ahead = -((points.edge_phase - before.edge_phase) % _TURN), (after.edge_phase - points.edge_phase) % _TURN
@@ -164,8 +162,9 @@ def _thinnest(arcs: Arcs, points: Crossings) -> tuple[Crossings, tuple[str, ...]
     if not chosen.any():
         return points, ()
 
-    def depth(step: Array, start: Array, sign: Array) -> Array:
+    from scipy.optimize import elementwise
 
+    def depth(step: Array, start: Array, sign: Array) -> Array:
         return sign * arcs.at((start + step) % _TURN).ratio
 
     bracket = back[chosen], np.zeros(int(chosen.sum())), ahead[chosen]

@@ -5,7 +5,6 @@ import os
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
 from numpy.typing import ArrayLike
 
 from kerrcaustics.astronomy import healpix, plate_carree
@@ -16,6 +15,7 @@ from kerrcaustics.lens_map.domains import search_surface
 from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.results.storage import as_json, from_json
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import flags, numbers, whole_number
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer

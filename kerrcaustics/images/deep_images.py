@@ -7,26 +7,13 @@ equal d, in shadow sizes: what N knows of d is forgotten. N itself, and with it 
 and so does the time.
 """
 
-import hashlib
-from pathlib import Path
 from typing import NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float, Int
 
-from kerrcaustics.beams import errors
-from kerrcaustics.beams.closed_form import round_off
-from kerrcaustics.beams.closed_form.finite_end import to_sphere
-from kerrcaustics.beams.closed_form.formula import LEAST_K
-from kerrcaustics.beams.closed_form.polar_motion import polar_motion, polar_swing
-from kerrcaustics.beams.closed_form.radial_motion import Travel, radial_motion
-from kerrcaustics.beams.compile_cache import Program
-from kerrcaustics.beams.ends import SKY, Aim, Arriving, Sphere, Spherical
-from kerrcaustics.spacetime import radial
-from kerrcaustics.spacetime.arrays import Components, Reals
-from kerrcaustics.spacetime.frame import Frame, Photon, photon_of
-from kerrcaustics.spacetime.settings import own_settings
+from kerrcaustics.beams.calls import deep_ends, depth
+from kerrcaustics.beams.ends import Spherical
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.sphere import flattened, moved, tangent_basis
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -36,8 +23,6 @@ Array = np.ndarray
 _POOR, _LATE, _WINDING = 1e-10, 1e-11, 2
 # Newton steps, and the half-width of the differences that stand for derivatives, in s and in ln |d|.
 _STEPS, _DIFFERENCE = 4, 1e-6
-# Fewest images that are refined together.
-_FEWEST = 8
 # Rounding of n' by radian of the way, of the time relative to it, and of N.
 _OF_END, _OF_TIME, _OF_SKY = 2e-15, 1e-15, 4e-16
 # Steps that put N back where it has the wanted d, and what they may miss it by.
@@ -102,13 +87,9 @@ def deepened(
 
     Errors: an image that this makes no better is left out.
     """
-    which = np.arange(len(sky))
-    # Programs are compiled for so many images, or twice as many, and so on.
-    padded = np.resize(which, max(_FEWEST, 1 << (len(which) - 1).bit_length()))
-    search = _DeepSearch(camera, end, sky[padded], star[padded], second_arrival[padded])
-    refined, size, time, late, good = (part[: len(which)] for part in search.run())
+    refined, size, time, late, good = _DeepSearch(camera, end, sky, star, second_arrival).run()
     good &= size < error
-    return Deep(which[good], refined[good], size[good], time[good], late[good])
+    return Deep(np.flatnonzero(good), refined[good], size[good], time[good], late[good])
 
 
 class _DeepSearch:
@@ -173,19 +154,15 @@ class _DeepSearch:
         sky, miss = there()
         return sky, np.abs(miss)
 
-    @own_settings()
     def _ends(self, place: Array) -> _Ends:
         """Ends of rays whose d is that of the place, whatever N makes of it."""
         copies = len(place) // len(self._start)
         d = np.tile(self._depth, copies) * np.exp(place[:, 1])
         leaves = np.tile(self._second_arrival, copies)
-        radius = float(self._end.radius) if self._end.finite else None
-        rays = self._camera.frame(), self._sky(place)[0], d, radius, leaves
-        return _Ends(*map(np.asarray, _ENDS(*rays, on_equator=self._camera.on_equator, made_of=_MADE_OF)))
+        return _Ends(*deep_ends(self._camera, self._sky(place)[0], d, self._end, leaves))
 
-    @own_settings()
     def _d(self, sky: Array) -> Array:
-        return np.asarray(_DEPTH(self._camera.frame(), sky, made_of=_MADE_OF))
+        return depth(self._camera, sky)
 
     def _slope(self, sky: Array) -> Array:
         """The derivative (n, 3) of d on the sky."""
@@ -193,67 +170,3 @@ class _DeepSearch:
         basis = np.stack(tangent_basis(sky))
         rates = [self._d(moved(sky, step * e)) - self._d(moved(sky, -step * e)) for e in basis]
         return np.einsum("ij,ijk->jk", rates, basis) / (2 * step)
-
-
-def _depth(frame: Frame, sky: Array, *, made_of: str) -> Reals:
-    """d as a function of N."""
-    return radial.factor(frame, photon_of(frame, tuple(sky.T))).d
-
-
-def _ends(
-    frame: Frame, sky: Array, d: Array, radius: float | None, second_arrival: Array, *, on_equator: bool, made_of: str
-) -> tuple[Reals, ...]:
-    """Ends of rays on a sphere, None for the celestial one, that leave in direction N and have this d."""
-    photon = photon_of(frame, tuple(sky.T))
-    quartic = radial.factor(frame, photon)._replace(d=d)
-    if radius is None:
-        aim, travel = None, radial_motion(frame, photon, quartic, with_time=True)
-    else:
-        aim = Sphere(radius, second_arrival).aim(frame, photon, quartic)
-        travel = to_sphere(frame, photon, quartic, radius, aim, with_time=True)
-    lost = travel.captured if aim is None else aim.lost
-    swing = polar_swing(frame, photon, on_equator=on_equator)
-    polar = polar_motion(frame, photon, swing, travel.time, on_equator=on_equator, with_time=True)
-    c, s = jnp.cos(travel.psi + polar.turn), jnp.sin(travel.psi + polar.turn)
-    hidden = jnp.where(travel.holds & (photon.k >= LEAST_K) & ~lost, 0.0, jnp.nan)
-    direction = jnp.stack([c * polar.x - s * polar.y, s * polar.x + c * polar.y, polar.z + hidden], axis=-1)
-    assert travel.clock is not None and polar.clock is not None
-    noise = _noise(frame, tuple(sky.T), _RayMotion(photon, quartic, travel, aim, polar.phase), radius)
-    return direction, travel.clock + polar.clock, polar.phase, *noise
-
-
-class _RayMotion(NamedTuple):
-    """The way of rays: their photons, the factors of R, the radial motion, the aim at a sphere, radians of it."""
-
-    photon: Photon
-    quartic: radial.Quartic
-    travel: Travel
-    aim: Aim | None
-    phase: Reals
-
-
-def _noise(frame: Frame, sky: Components, way: _RayMotion, radius: float | None) -> tuple[Reals, Reals, Reals]:
-    """Losses of the formulas in n', in its azimuth and in the time, but by the rounding of d, which is exact here.
-
-    Close to an extremal hole that is far more than the round-off of the phase: psi and the time are differences of
-    integrals, divided by the distance of the horizons.
-    """
-    photon, travel = way.photon, way.travel
-    # The outer roots do not move; that of d = inf is what is left where they are far apart.
-    fixed = way.quartic._replace(d=jnp.full_like(way.quartic.d, jnp.inf))
-    at = Arriving(
-        jnp.abs(travel.u), jnp.abs(travel.rate), jnp.abs(travel.psi_rate), jnp.sqrt(jnp.maximum(photon.k, 0) + 3)
-    )
-    if way.aim is None or radius is None:
-        end, noise = SKY, round_off.at_infinity(frame, photon, fixed, way.phase)
-    else:
-        end = Sphere(radius)
-        noise, _ = round_off.at_finite_end(frame, sky, photon, fixed, end, travel, way.aim, at, way.phase)
-    plain = round_off.ROUNDING * (2 + round_off.PER_PHASE * way.phase) + _OF_SKY / at.rate
-    late = errors.of_time(frame, end, at, noise, noise)[1] + round_off.of_time(frame, travel)
-    return plain, jnp.maximum(noise - plain, 0), late
-
-
-# Programs are kept in files for as long as the rooms above stay the same; what this module says belongs to it, too.
-_MADE_OF = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
-_DEPTH, _ENDS = Program(_depth), Program(_ends)

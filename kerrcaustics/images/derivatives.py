@@ -7,12 +7,12 @@ its travel time are functions of p and N.
 from functools import partial
 
 import numpy as np
-from jaxtyping import Float, Int
 
 from kerrcaustics.beams.ends import End
 from kerrcaustics.images.images import StarImages
 from kerrcaustics.lens_map.expansions import expanded, inverse, source_parameters, with_errors
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray

@@ -8,12 +8,13 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int, Num
 
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.curves.winding import Winding
 from kerrcaustics.lens_map.sky_lines import periodic
-from kerrcaustics.spacetime.arrays import Spline
+from kerrcaustics.numerics.roots import bracketed_roots
+from kerrcaustics.numerics.splines import Spline
+from kerrcaustics.shapes import Float, Int, Num
 
 Array = np.ndarray
 _Guesses = tuple[Num[Array, " guesses"], ...]
@@ -114,12 +115,10 @@ def _fits(
 
 def _roots(points: Points, number: Int[Array, "places 4"], miss: Float[Array, "places 4"]) -> _Places:
     """Sign changes of `miss` along the curve, between the second and the third of four points."""
-    from scipy.optimize import elementwise
-
     known = _unrolled(points, number)
     bracket = known[:, 1], known[:, 2]
-    root = elementwise.find_root(_cubic, bracket, args=(*known.T, *miss.T), tolerances={"xrtol": 1e-14})
-    return np.asarray(root.x), np.arange(len(number))
+    root = bracketed_roots(_cubic, bracket, (*known.T, *miss.T), relative=1e-14)
+    return root.x, np.arange(len(number))
 
 
 def _touching(points: Points, number: Int[Array, "places 4"], miss: Float[Array, "places 4"]) -> _Places:

@@ -4,7 +4,6 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Bool
 
 from kerrcaustics.beams.ends import SKY, End, Spherical, Wherever
 from kerrcaustics.images.certificates import certificate_of
@@ -17,6 +16,7 @@ from kerrcaustics.lens_map.measured_light import measured_light
 from kerrcaustics.lens_map.search_sky import search_camera, search_sky
 from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
+from kerrcaustics.shapes import Bool
 from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 

@@ -11,7 +11,6 @@ from dataclasses import replace
 from functools import reduce
 
 import numpy as np
-from jaxtyping import Float, Int
 
 from kerrcaustics.beams.ends import Sphere, end_of
 from kerrcaustics.beams.trace import rays_of_directions
@@ -19,6 +18,7 @@ from kerrcaustics.images.search import ImageSearch, SkyImages, search, searched_
 from kerrcaustics.images.sheets import Sheets, sheets_of
 from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.lens_map.search_sky import magnified, search_camera
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import photon_of, sky_from_line_of_sight

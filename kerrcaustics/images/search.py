@@ -10,7 +10,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.ends import End
 from kerrcaustics.beams.trace import cores
@@ -19,6 +18,7 @@ from kerrcaustics.images.sheets import NARROW, WIDE, Sheets, Starts
 from kerrcaustics.lens_map.domains import domain_of
 from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.lens_map.search_sky import SearchSky, as_seen, radians_of, search_sky, shown_line_of_sight
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.spacetime.viewer import Viewer

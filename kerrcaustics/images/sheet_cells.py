@@ -3,14 +3,16 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy
-from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.images.sheet_grids import Sheet, spaced
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.sphere import tangent_basis
+
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
 
 Array = np.ndarray
 
@@ -21,12 +23,37 @@ _NEAR_EDGE = np.array([1, 2, 4, 8])
 _REACH, _MOST_BALLS, _SAG = 1.25, 12, 0.05
 # How far outside a cell, in parts of it, the linear model of the map may put the star, beside the margin.
 _LINEAR = 0.25
-# Circles whose radii differ by less than this factor share a tree.
+# Circles whose radii differ by less than this factor are searched together.
 _ALIKE = 1.5
+# For so many pairs of a star and a circle a table of all distances is quicker than a tree; the round-off of the squares
+# in it.
+_FEW_PAIRS, _ROUND_OFF = 2_000_000, 4e-15
 
 
-# Circles of about one radius on the celestial sphere: centres as a tree, the cells that they cover, the radius.
-_Circles = tuple[Any, Int[Array, " _circles"], float]
+@dataclass(frozen=True, eq=False)
+class _Circles:
+    """Circles of about one radius on the celestial sphere: their centres, the cells that they cover, the radius."""
+
+    centre: Float[Array, "circles 3"]
+    cell: Int[Array, " circles"]
+    radius: float
+
+    def around(self, star: Float[Array, "stars 3"], reach: float) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
+        """Pairs of a star and a circle whose centre is no further from it than the reach."""
+        if len(star) * len(self.centre) <= _FEW_PAIRS:
+            square = 1 + np.einsum("ni,ni->n", self.centre, self.centre) - 2 * star @ self.centre.T
+            which, circle = np.nonzero(square <= reach**2 + _ROUND_OFF)
+            return which, circle
+        from scipy.spatial import KDTree
+
+        pairs = KDTree(star).sparse_distance_matrix(self._tree, reach, output_type="ndarray")
+        return pairs["i"], pairs["j"]
+
+    @cached_property
+    def _tree(self) -> "KDTree":
+        from scipy.spatial import KDTree
+
+        return KDTree(self.centre)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,10 +77,10 @@ class Cells:
 
     def around(self, star: Float[Array, "stars 3"], margin: float) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
         """Pairs of a star and a cell that it may lie in, by a linear map."""
-        stars, numbers = scipy.spatial.cKDTree(star), []
-        for tree, cells, radius in self.circles:
-            pairs = stars.sparse_distance_matrix(tree, (1 + margin) * radius, output_type="ndarray")
-            which, cell = pairs["i"], cells[pairs["j"]]
+        numbers = []
+        for circles in self.circles:
+            which, circle = circles.around(star, (1 + margin) * circles.radius)
+            cell = circles.cell[circle]
             near = _linearly_inside(self, cell, star, which, margin)
             numbers.append(which[near] * len(self.sheet) + cell[near])
         return np.divmod(np.unique(np.concatenate(numbers)), len(self.sheet))
@@ -112,7 +139,7 @@ def _circles(corners: Float[Array, "cells 4 3"]) -> list[_Circles]:
     middle = centre[owner] + place[:, None] * axis[owner]
     size = np.floor(np.log(np.maximum(radius, 1e-12)) / np.log(_ALIKE))
     alike = [np.flatnonzero(size == one) for one in np.unique(size)]
-    return [(scipy.spatial.cKDTree(middle[group]), owner[group], radius[group].max()) for group in alike]
+    return [_Circles(middle[group], owner[group], float(radius[group].max())) for group in alike]
 
 
 def _linear_inverse(corners: Float[Array, "cells 4 3"]) -> Float[Array, "cells 2 3"]:

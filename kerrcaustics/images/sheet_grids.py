@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import scipy
-from jaxtyping import Float, Int
 
 from kerrcaustics.curves.critical_points import Points
+from kerrcaustics.numerics.splines import SplineSurface
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.sphere import tangent_basis
 
 Array = np.ndarray
@@ -54,12 +54,9 @@ class Sheet:
         return low + part * (self.inner(edge_phase) - low)
 
     @cached_property
-    def smooth(self) -> Callable[..., Array]:
+    def smooth(self) -> SplineSurface:
         """The map between the nodes of the grid: image as a function of (edge phase, part)."""
-        degrees = [min(3, len(nodes) - 1) for nodes in (self.edge_phase, self.part)]
-        across = scipy.interpolate.make_interp_spline(self.part, self.direction, degrees[1], axis=1)
-        both = scipy.interpolate.make_interp_spline(self.edge_phase, np.moveaxis(across.c, 0, 1), degrees[0])
-        return scipy.interpolate.NdBSpline((both.t, across.t), both.c, degrees)
+        return SplineSurface((self.edge_phase, self.part), self.direction)
 
     def polished(
         self, star: Float[Array, "stars 3"], place: Float[Array, "stars 2"], longest: Float[Array, "stars 2"]
@@ -71,7 +68,7 @@ class Sheet:
         away = np.full(len(star), np.inf)
         for _ in range(_POLISHES):
             off, along, across = (
-                np.einsum("ni,ni->n", plane, self.smooth(place, nu=nu)) for nu in ((0, 0), (1, 0), (0, 1))
+                np.einsum("ni,ni->n", plane, self.smooth(place, order)) for order in ((0, 0), (1, 0), (0, 1))
             )
             before, away = away, np.abs(off)
             area = (along.conj() * across).imag

@@ -13,10 +13,8 @@ from dataclasses import dataclass
 from functools import lru_cache, partial
 
 import numpy as np
-from jaxtyping import Bool, Float, Int, Num
 
 from kerrcaustics.beams.ends import SKY, End
-from kerrcaustics.beams.warm_up import warm_up
 from kerrcaustics.curves.critical_curves import CriticalCurves, check_index, critical_curves, with_ring_at_infinity
 from kerrcaustics.curves.winding import CausticPolygon, Winding, degree
 from kerrcaustics.images.fold import fold_derivatives, fold_guesses
@@ -25,8 +23,10 @@ from kerrcaustics.images.sheet_grids import Sheet, traced_sheet
 from kerrcaustics.lens_map.domains import domain_of
 from kerrcaustics.lens_map.search_sky import search_camera
 from kerrcaustics.lens_map.sky_lines import periodic
+from kerrcaustics.numerics.splines import Spline
 from kerrcaustics.results.progress import report
-from kerrcaustics.spacetime.arrays import HostReals, HostVectors, Spline
+from kerrcaustics.shapes import Bool, Float, Int, Num
+from kerrcaustics.spacetime.arrays import HostReals, HostVectors
 from kerrcaustics.spacetime.frame import Frame, sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.spacetime.viewer import Viewer
@@ -155,8 +155,6 @@ class Sheets:
 @lru_cache(maxsize=4)
 def _sheets_at_rest(camera: Viewer, max_index: int, surface: End) -> Sheets:
     """Find the critical curves, trace the grids."""
-    if surface == SKY:
-        warm_up(camera)
     curves = bounding_curves(camera, max_index, surface)
     domain = curves.domain
     report("sheets of the sky", 0.2)

@@ -9,14 +9,14 @@ turns back, two images of a source on the circle meet: a point of a caustic.
 from functools import lru_cache
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.lens_map.crossing_lines import CrossingLines
 from kerrcaustics.lens_map.plane_map import Crossings, PlaneMap
 from kerrcaustics.lens_map.sky_lines import lines_across, periodic
-from kerrcaustics.spacetime.arrays import Spline
+from kerrcaustics.numerics.splines import Spline
+from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.shadow import even_phases
 from kerrcaustics.spacetime.viewer import Viewer
 

@@ -5,10 +5,10 @@ they cross, to infinity, where they escape before.
 """
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.lens_map.plane_map import Crossings, PlaneMap
 from kerrcaustics.lens_map.sky_lines import lines_across
+from kerrcaustics.shapes import Bool, Float, Int
 
 Array = np.ndarray
 

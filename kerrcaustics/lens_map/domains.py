@@ -14,14 +14,16 @@ from functools import lru_cache, singledispatch
 from typing import ClassVar
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from kerrcaustics.beams.ends import CelestialSphere, End, EquatorialPlane, Sphere, Spherical, end_of
 from kerrcaustics.lens_map import sky_lines
 from kerrcaustics.lens_map.circles_in_plane import Circles, circles_of
 from kerrcaustics.lens_map.search_sky import TOLERANCE, search_camera
+from kerrcaustics.numerics.roots import bracketed_roots
+from kerrcaustics.numerics.splines import Spline
+from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.arrays import HostReals, HostVectors, Spline
+from kerrcaustics.spacetime.arrays import HostReals, HostVectors
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.frame import photon_of, sky_from_fido
 from kerrcaustics.spacetime.shadow import edge_photons, even_phases
@@ -229,8 +231,6 @@ def _rim(camera: Viewer, radius: float, zoom: float) -> Spline | None:
 
     zoom: of the sky on which that is measured.
     """
-    from scipy.optimize import elementwise
-
     edge_phase = even_phases(camera, np.arange(_TABLE) / _TABLE)
     if radius < _edge_orbits(camera, edge_phase).min():
         return None
@@ -245,5 +245,5 @@ def _rim(camera: Viewer, radius: float, zoom: float) -> Spline | None:
     # Rays that leave horizontally, or pass far from the sphere.
     size = min(2 * camera.radius, _FAR * radius)
     beyond = 2 * math.atan(2 * frame.zoom * frame.radius / (zoom * size))
-    root = elementwise.find_root(potential, (np.zeros(_TABLE), reach - beyond), args=(edge_phase,))
+    root = bracketed_roots(potential, (np.zeros(_TABLE), reach - beyond), (edge_phase,))
     return sky_lines.periodic(edge_phase, root.x)

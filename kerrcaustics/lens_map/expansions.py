@@ -2,15 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
+from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float
 
-from kerrcaustics.beams.compile_cache import Program
-from kerrcaustics.beams.differentiable import Moving, expansion, motion_of
+from kerrcaustics.beams.accelerator import compiler_options
 from kerrcaustics.beams.ends import End
-from kerrcaustics.beams.integrator.integrated import DENSEST
-from kerrcaustics.spacetime.settings import own_settings
+from kerrcaustics.beams.moving import Moving, motion_of
+from kerrcaustics.beams.ray_state import DENSEST
+from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -26,8 +27,6 @@ _OF_VIEWER = ("spin", "radius", "inclination")
 _BATCH = 32
 # Rounding of a place on the sky, relative to its size.
 _ROUNDING = 2.3e-16
-
-_expansion = Program(expansion)
 
 
 @dataclass(frozen=True)
@@ -77,10 +76,23 @@ def _in_batches(
     return values, slopes
 
 
-@own_settings()
 def _batch(given: Float[Array, "rays numbers"], motion: Moving, surface: End, density: float) -> tuple[Array, Array]:
-    values, slopes = _expansion(given, motion, surface, density)
-    return np.array(values), np.array(slopes)
+    # JAX is loaded for derivatives alone.
+    from kerrcaustics.beams.traced_ends import traced
+    from kerrcaustics.spacetime.settings import own_settings
+
+    with own_settings():
+        values, slopes = _compiled()(given, motion, traced(surface), density)
+        return np.array(values), np.array(slopes)
+
+
+@cache
+def _compiled() -> Callable[..., Any]:
+    import jax
+
+    from kerrcaustics.beams.differentiable import expansion
+
+    return jax.jit(expansion, compiler_options=compiler_options())
 
 
 def with_errors(

@@ -9,13 +9,13 @@ from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from kerrcaustics.beams.beam import Beams, Rays
 from kerrcaustics.beams.ends import SKY, End
-from kerrcaustics.beams.trace import beams_of_directions, check_request, rays_of_directions, trace_in_steps
+from kerrcaustics.beams.trace import beams_of_directions, check_request, rays_of_directions
 from kerrcaustics.lens_map.domains import Domain, domain_of
 from kerrcaustics.lens_map.search_sky import TOLERANCE, SearchSky, search_camera, search_sky
+from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.arrays import HostVectors
 from kerrcaustics.spacetime.frame import sky_from_fido
 from kerrcaustics.spacetime.viewer import Viewer
@@ -50,11 +50,11 @@ class SearchMap:
     def beams(
         self, line_of_sight: Float[Array, "n 3"], second_arrival: Bool[Array, " n"], tolerance: float | None = None
     ) -> Beams:
-        """Beams with their index, as steps of one job."""
+        """Beams with their index."""
         sky, wanted = sky_from_fido(self.camera.frame(), -line_of_sight), tolerance or self.tolerance
 
         def traced(sky: Array, end: End) -> Beams:
-            return trace_in_steps(self.camera, sky, self.engine, wanted, end)
+            return beams_of_directions(self.camera, sky, self.engine, wanted, end=end, crossings=False, redshift=False)
 
         return on_leaves(self.surface.bare(), sky, second_arrival, traced)
 

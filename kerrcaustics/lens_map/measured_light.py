@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from kerrcaustics.lens_map.lens_map import LensMap, SeenLight
+from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.sphere import moved, tangent_basis
 
 Array = np.ndarray

@@ -1,7 +1,6 @@
 """Newton's method on the sky map, for many stars at once, without leaving the sheet that each search is on."""
 
 import numpy as np
-from jaxtyping import Float, Int
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import SKY, End
@@ -9,6 +8,7 @@ from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.lens_map.domains import domain_of
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.lens_map.sky_chart import chart_of, straight
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.spacetime.viewer import Viewer
 

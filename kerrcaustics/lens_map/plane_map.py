@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
 
 from kerrcaustics.beams.beam import Beams, Status
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import beams_of_directions, rays_of_directions
 from kerrcaustics.lens_map.sky_lines import Lines
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import tangent_basis

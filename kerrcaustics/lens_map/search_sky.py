@@ -10,8 +10,8 @@ from functools import singledispatch
 from typing import ClassVar
 
 import numpy as np
-from jaxtyping import Float
 
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import Frame, doppler, line_of_sight_from_sky, sky_from_line_of_sight
 from kerrcaustics.spacetime.observer import Observer, on_screen, screen_basis

@@ -9,10 +9,10 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
 
 from kerrcaustics.lens_map.sky_lines import DEEPEST, periodic
-from kerrcaustics.spacetime.arrays import Spline
+from kerrcaustics.numerics.splines import Spline
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.shadow import edge_photons, even_phases
 from kerrcaustics.spacetime.sphere import lengths, moved
 from kerrcaustics.spacetime.viewer import Viewer
@@ -64,7 +64,6 @@ class Chart:
         # On the sky at rest, lines of sight are N in other axes.
         self._axes = np.array(camera.frame().basis)
         self._size = edge_size(camera)
-        self._slope = self._size.derivative()
 
     def place(self, index: Int[Array, " images"], sky: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
         """Coordinates of directions N on sheets of the given index."""
@@ -132,13 +131,13 @@ class Chart:
         about = self._about_hole(sky)
         turning, outward = self._turning(about, drift)
         part = about.distance / about.size
-        return np.stack([turning, (outward - part * self._slope(about.angle) * turning) / about.size], axis=-1)
+        return np.stack([turning, (outward - part * self._size(about.angle, 1) * turning) / about.size], axis=-1)
 
     def drift(self, sky: Float[Array, "images 3"], rate: Float[Array, "images 2"]) -> Float[Array, "images 3"]:
         """Tangents of the sky along which (angle, part) have given rates: the inverse of `polar_rate`."""
         about = self._about_hole(sky)
         turning, part = rate[:, 0], about.distance / about.size
-        outward = about.size * rate[:, 1] + part * self._slope(about.angle) * turning
+        outward = about.size * rate[:, 1] + part * self._size(about.angle, 1) * turning
         c, s, across, along = np.cos(about.angle), np.sin(about.angle), np.sin(about.distance), np.cos(about.distance)
         parts = [
             across * outward,
@@ -161,7 +160,7 @@ class Chart:
     def _rate(self, about: _AboutHole, drift: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
         """Rates of (angle, depth, 0) along tangents of the sky."""
         turning, outward = self._turning(about, drift)
-        slope = self._slope(about.angle)
+        slope = self._size(about.angle, 1)
         deepening = -slope * turning / (np.pi - about.size) - (outward - slope * turning) / about.beyond
         return np.stack([turning, deepening, np.zeros_like(turning)], axis=-1)
 

@@ -11,10 +11,10 @@ All of it lives on the sky of the fiducial observer: caustics do not depend on t
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
-from jaxtyping import Float
 
-from kerrcaustics.spacetime.arrays import HostReals, HostVectors, Spline
+from kerrcaustics.numerics.splines import Spline
+from kerrcaustics.shapes import Float
+from kerrcaustics.spacetime.arrays import HostReals, HostVectors
 from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.shadow import edge_photons
@@ -120,4 +120,4 @@ def lines_across(camera: Viewer, edge_phase: Float[Array, " lines"]) -> Lines:
 def periodic(edge_phase: Float[Array, " lines"], values: Float[Array, " lines *axes"]) -> Spline:
     """A smooth function of the edge phase through values at rising phases of less than one turn."""
     closed = np.append(edge_phase, edge_phase[0] + 2 * np.pi), np.concatenate([values, values[:1]])
-    return scipy.interpolate.CubicSpline(*closed, bc_type="periodic")
+    return Spline(*closed, periodic=True)

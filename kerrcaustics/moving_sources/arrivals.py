@@ -13,7 +13,6 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from kerrcaustics.beams.beam import Beams, Status
 from kerrcaustics.beams.emitters import radial_momentum
@@ -24,6 +23,7 @@ from kerrcaustics.lens_map.sky_chart import Chart, chart_of
 from kerrcaustics.moving_sources.bent_steps import bent_step
 from kerrcaustics.orbits.motions import BodyMotion, BodyPlaces
 from kerrcaustics.orbits.orbit import clock_rates
+from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.kerr import horizon_product
 from kerrcaustics.spacetime.sphere import flattened, lengths, tangent_basis
 

@@ -10,9 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
 from kerrcaustics.moving_sources.arrivals import Arrivals
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.kerr import horizon_product
 from kerrcaustics.spacetime.sphere import polar_basis
 

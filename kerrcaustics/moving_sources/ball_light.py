@@ -3,13 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
 from kerrcaustics.moving_sources.arrivals import Source
 from kerrcaustics.moving_sources.balls import Ball, Sights, SlicedImage, axes_at
 from kerrcaustics.moving_sources.even_light import even_light
 from kerrcaustics.moving_sources.image_curves import ImageCurves
 from kerrcaustics.moving_sources.seen_images import SeenImages
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.sphere import lengths
 
 Array = np.ndarray

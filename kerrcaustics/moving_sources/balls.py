@@ -17,12 +17,12 @@ direction e of the spine: the solid angle between two is dp dphi, phi being the 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from kerrcaustics.moving_sources.arrivals import Arrivals, Source, solved
 from kerrcaustics.moving_sources.ball_distance import separation
 from kerrcaustics.moving_sources.seen_images import size_and_ratio
 from kerrcaustics.moving_sources.walks import replaced
+from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.kerr import horizon_product
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import lengths, tangent_basis

@@ -4,9 +4,9 @@ Near the edge a direction is held by its position angle and its part of the dist
 """
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from kerrcaustics.lens_map.sky_chart import Chart
+from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.tracks.level_curves.branches import Cubics
 

@@ -9,10 +9,10 @@ of the second degree in u, with its values on the limb and in the middle.
 import math
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from kerrcaustics.moving_sources.arrivals import solved
 from kerrcaustics.moving_sources.balls import Ball, Passes, Sights, along_sky
+from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.sphere import tangent_basis
 
 Array = np.ndarray

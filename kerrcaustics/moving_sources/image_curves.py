@@ -9,7 +9,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
 
 from kerrcaustics.beams.spheres import Sphere
 from kerrcaustics.images.certificates import certificate_of
@@ -17,6 +16,7 @@ from kerrcaustics.images.search import ImageSearch, SkyImages
 from kerrcaustics.moving_sources.arrivals import Source
 from kerrcaustics.moving_sources.walks import CurvePoints, Walk, turning_points, walk
 from kerrcaustics.results.progress import in_steps
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.sphere import lengths
 
 Array = np.ndarray

@@ -5,7 +5,6 @@ from dataclasses import replace
 from typing import Any, Literal, overload
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.choices import SpotMotion, either
@@ -21,6 +20,7 @@ from kerrcaustics.orbits.motions import BodyMotion, Path
 from kerrcaustics.orbits.orbit import Orbit, checked_places, ending, orbit_of
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import left_out, one_of, quoted, whole_number
 from kerrcaustics.spacetime.sphere import from_angles, lengths

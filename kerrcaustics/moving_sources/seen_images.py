@@ -12,13 +12,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from kerrcaustics.moving_sources.arrivals import Arrivals, Source, solved
 from kerrcaustics.moving_sources.bent_steps import bent_way, between
 from kerrcaustics.moving_sources.image_curves import Branch
 from kerrcaustics.moving_sources.walks import CurvePoints
 from kerrcaustics.orbits.orbit import clock_rates
+from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.frame import redshift
 from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.tracks.level_curves.branches import Cubics

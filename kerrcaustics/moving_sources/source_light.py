@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from jaxtyping import Float
 
 from kerrcaustics.astronomy.row_tables import TimeTable
 from kerrcaustics.choices import event_kind
@@ -14,6 +13,7 @@ from kerrcaustics.moving_sources.image_curves import ImageCurves, Turn
 from kerrcaustics.moving_sources.seen_images import SeenImages
 from kerrcaustics.orbits.orbit import UNSTABLE, Orbit
 from kerrcaustics.results.declared import Shown, derived, quantity, result
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.spacetime.viewer import Viewer
 

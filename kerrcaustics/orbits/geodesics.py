@@ -9,18 +9,18 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import scipy
-from jaxtyping import Float
-from scipy.integrate import DenseOutput
-from scipy.optimize import brentq
 
 from kerrcaustics.orbits.moving_place import Place
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.sphere import lengths
+
+if TYPE_CHECKING:
+    from scipy.integrate import DenseOutput
 
 Array = np.ndarray
 
@@ -99,7 +99,7 @@ class _Leg:
     span: tuple[float, float]
     states: Float[Array, "steps 10"]
     azimuth: Float[Array, " steps"]
-    between: tuple[DenseOutput, ...]
+    between: tuple["DenseOutput", ...]
 
     def state(self, time: float) -> tuple[Float[Array, "10"], float]:
         """The state at a time, and the azimuth of m."""
@@ -141,6 +141,8 @@ class _Leg:
         ends = between.t_old, between.t
         if early(ends[0]) * early(ends[1]) > 0:
             return before if abs(before[8] - time) <= abs(after[8] - time) else after
+        from scipy.optimize import brentq
+
         return between(brentq(early, *ends, xtol=1e-300, rtol=1e-15))
 
 
@@ -283,6 +285,8 @@ def circular_velocity(spin: float, radius: float, theta: float, heading: float) 
 
     if not pull(0.0) < 0 < pull(_FASTEST):
         raise ValueError("Argument `velocity` must not be circular where no orbit keeps its radius.")
+    from scipy.optimize import brentq
+
     speed = float(brentq(pull, 0.0, _FASTEST, xtol=1e-16, rtol=1e-15))
     return 0.0, speed * south, speed * east
 
@@ -319,7 +323,9 @@ def _integrated(constants: FallConstants, state: Float[Array, "10"], end: float)
     u, swing = state[0], math.sqrt(constants.momentum**2 + abs(constants.carter))
     small = _TOLERANCE * np.array([u, math.sqrt(u), *[1.0] * 3, *[1.0 + swing] * 3, 1 / u, 1.0])
     onward = math.copysign(math.inf, end - state[8])
-    solution = scipy.integrate.solve_ivp(
+    from scipy.integrate import solve_ivp
+
+    solution = solve_ivp(
         constants.slope, (0.0, onward), state, "DOP853", None, True, (above, early), rtol=_TOLERANCE, atol=small
     )
     states = solution.y.T

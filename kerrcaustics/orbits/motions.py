@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
-from jaxtyping import Float
 
 from kerrcaustics.orbits.geodesics import Geodesic, PlaceErrors, circular_velocity, initial_state
 from kerrcaustics.orbits.moving_place import Place
 from kerrcaustics.orbits.spherical_orbits import SphericalOrbits
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle

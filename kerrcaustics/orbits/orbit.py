@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 from typing import Any, get_args
 
 import numpy as np
-from jaxtyping import Float
 
 from kerrcaustics.choices import ReleaseName, near
 from kerrcaustics.orbits.geodesics import free_fall
 from kerrcaustics.orbits.motions import BodyMotion, BodyPlaces, Falling, KeplerMotion, Path, Reported, circling
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, Velocity
 from kerrcaustics.spacetime.checks import quoted, real_number

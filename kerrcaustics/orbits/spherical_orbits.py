@@ -11,9 +11,9 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
 from numpy.typing import ArrayLike
 
+from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.kerr import horizon_product
 
 Array = np.ndarray

@@ -5,6 +5,7 @@ import platform
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -16,18 +17,20 @@ _LONGEST_TIMING = 2.0
 
 def machine() -> dict[str, Any]:
     """Description of the machine: processor, cores, versions, device."""
-    import jax
     import numpy as np
 
-    device = jax.devices()[0]
+    from kerrcaustics.beams.accelerator import name_of_device
+    from kerrcaustics.beams.kernels.library import level
+
     return {
-        "processor": _processor(),
+        "processor": processor(),
         "cores": os.cpu_count(),
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),
         "numpy": np.__version__,
-        "jax": jax.__version__,
-        "device": f"{device.platform}: {device.device_kind}",
+        "jax": version("jax"),
+        "kernels": level(),
+        "accelerator": name_of_device(),
     }
 
 
@@ -54,7 +57,7 @@ def _allow(cores: set[int]) -> None:
 
 
 def core_seconds(work: Callable[[], object], repeats: int = 3) -> float:
-    """Processor time of one call in seconds, of all cores together: the least of several, after one to compile."""
+    """Processor time of one call in seconds, of all cores together: the least of several, after one that loads."""
     work()
     best, calls, total = float("inf"), 1, 0.0
     for _ in range(repeats):
@@ -72,7 +75,8 @@ def core_seconds(work: Callable[[], object], repeats: int = 3) -> float:
     return best
 
 
-def _processor() -> str:
+def processor() -> str:
+    """The name of the processor."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:

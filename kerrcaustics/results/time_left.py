@@ -6,7 +6,7 @@ from itertools import pairwise
 class TimeLeft:
     """Estimate of the time left, from the moments at which parts of a job were done.
 
-    The first step of each process is left out: it loads and compiles too. So may one of the next ones: the longest of
+    The first step of each process is left out: it loads too. So may one of the next ones: the longest of
     the others is left out, if there are three. Processes that began together end their steps together, so that only
     whole rounds of them are counted.
     """

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import msgspec
 import numpy as np
-from jaxtyping import Float
 
 from kerrcaustics.choices import if_radians
 from kerrcaustics.scene_files.camera_motion import Splined
 from kerrcaustics.scene_files.contents import Contents
+from kerrcaustics.shapes import Float
 from kerrcaustics.toml_files import numbers_in
 
 Array = np.ndarray

@@ -5,15 +5,18 @@ import io
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float
-from scipy.interpolate import CubicSpline
 
 from kerrcaustics.files import read_text
 from kerrcaustics.orbits.moving_place import Place
 from kerrcaustics.scene_files.expressions import Dual, Formula, Moment
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import quoted
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 Array = np.ndarray
 
@@ -47,11 +50,13 @@ class Splined:
     """A camera whose coordinates are cubic splines through places at times, with natural ends."""
 
     times: Float[Array, " n"]
-    curve: CubicSpline
+    curve: "CubicSpline"
 
     @classmethod
     def through(cls, rows: Float[Array, "n 4"]) -> "Splined":
         """The splines through rows of time, radius, inclination and azimuth in degrees; times ascend."""
+        from scipy.interpolate import CubicSpline
+
         times, radius, theta, phi = rows.T
         # At 90 degrees exactly the equator.
         places = np.stack([radius, np.radians(theta), np.radians(phi)], axis=-1)

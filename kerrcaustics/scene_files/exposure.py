@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import msgspec
 import numpy as np
-from jaxtyping import Float, UInt8
 
 from kerrcaustics.scene_files.builders import brightness_of
 from kerrcaustics.scene_files.cameras import CameraPath, value_at, varied
@@ -13,6 +12,7 @@ from kerrcaustics.scene_files.contents import DiskTable, LightTable, SkyTable, V
 from kerrcaustics.scene_files.expressions import Formula, Moment
 from kerrcaustics.scene_files.validation import about, reject
 from kerrcaustics.scenes.tones import AUTO, auto_exposure, clipped_fraction, tone_mapped
+from kerrcaustics.shapes import Float, UInt8
 
 Array = np.ndarray
 Light = Float[Array, "height width 3"]

@@ -6,7 +6,6 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, UInt8
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.colors import is_color_like, to_rgb
@@ -29,6 +28,7 @@ from kerrcaustics.scene_files.expressions import Moment
 from kerrcaustics.scene_files.validation import SceneError, about, reject
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.render import Rendering
+from kerrcaustics.shapes import Bool, Float, UInt8
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.tracks.tracks import star_tracks

@@ -9,7 +9,6 @@ from typing import Any, get_args
 
 import msgspec
 import numpy as np
-from jaxtyping import Float, UInt8
 
 from kerrcaustics.choices import Quality
 from kerrcaustics.scene_files.angle_remarks import angle_remarks
@@ -33,6 +32,7 @@ from kerrcaustics.scene_files.view_over_time import ViewOverTime
 from kerrcaustics.scenes.motion import ShutterMotion
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.render import Rendering
+from kerrcaustics.shapes import Float, UInt8
 from kerrcaustics.spacetime.checks import one_of, quoted, real_number, whole_number
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.toml_files import as_struct, not_finite, read_toml

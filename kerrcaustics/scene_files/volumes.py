@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
 from kerrcaustics.choices import either, near
 from kerrcaustics.scene_files import contents as tables
@@ -18,6 +17,7 @@ from kerrcaustics.scene_files.expressions import CONSTANTS, Formula, check_names
 from kerrcaustics.scene_files.validation import SceneError, about, reject
 from kerrcaustics.scenes.colour import ResponseLike, from_srgb
 from kerrcaustics.scenes.disk.volume import VOLUME_MOTIONS, Volume, VolumeGrid
+from kerrcaustics.shapes import Float
 
 Array = np.ndarray
 Values = tuple[tuple[str, float], ...]

@@ -8,14 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
-from scipy.spatial import KDTree
 
 from kerrcaustics.beams.directions import normalised
 from kerrcaustics.extras import needed
 from kerrcaustics.files import reading
 from kerrcaustics.results.declared import Shown
 from kerrcaustics.scenes.scene_checks import check_number
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import instance_of, quoted, real_array
 from kerrcaustics.spacetime.sphere import from_angles
 
@@ -166,6 +165,8 @@ def merged_catalogues(first: StarCatalogue, second: StarCatalogue) -> StarCatalo
     >>> len(kc.skies.merged_catalogues(stars, stars)) == len(stars)
     True
     """
+    from scipy.spatial import KDTree
+
     instance_of("first", first, StarCatalogue)
     instance_of("second", second, StarCatalogue)
     apart = KDTree(first.direction).query(second.direction, distance_upper_bound=_SAME)[0] > _SAME

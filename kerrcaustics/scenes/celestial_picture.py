@@ -3,13 +3,13 @@
 import math
 
 import numpy as np
-from jaxtyping import Float
 
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.points import PointLights, drawn
 from kerrcaustics.scenes.sky_light import Sky, check_sky
 from kerrcaustics.scenes.view import View
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import flags, whole_number
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle
 

@@ -6,11 +6,11 @@ from functools import cached_property
 from typing import Any, Literal, get_args
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from kerrcaustics.scenes.colour import from_srgb, shifted_light
 from kerrcaustics.scenes.footprint import DEVIATION, Footprint, averaged
 from kerrcaustics.scenes.scene_checks import check_number
+from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.checks import one_of, quoted, whole_number
 
 Array = np.ndarray

@@ -8,12 +8,12 @@ from functools import cache, partial
 from typing import Literal, get_args
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.files import read_text
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.scenes.scene_checks import check_light, check_number
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import one_of, quoted, real_array
 
 Array = np.ndarray

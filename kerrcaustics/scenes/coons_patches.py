@@ -8,7 +8,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+
+from kerrcaustics.shapes import Float
 
 Array = np.ndarray
 

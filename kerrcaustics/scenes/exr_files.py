@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float32
 
 from kerrcaustics.extras import needed
+from kerrcaustics.shapes import Float32
 
 Array = np.ndarray
 

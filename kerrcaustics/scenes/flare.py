@@ -4,20 +4,22 @@ import math
 import os
 
 import numpy as np
-import scipy
-from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.scenes.light_files import read_picture
 from kerrcaustics.scenes.scene_checks import check_light, check_number, positive
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import flags, numbers, whole_number
 
 Array = np.ndarray
 
+
 # A halo goes on for so many times its width.
 _REACH = 20
 _LARGEST = 8192
+# Lengths of Fourier transforms are multiples of it.
+_FACTOR = 64
 
 
 @usual_warnings
@@ -74,11 +76,20 @@ def with_glare(
     middle = shape.shape[0] // 2, shape.shape[1] // 2
     if not framed:
         shape, middle = _within(shape, middle, picture.shape[:2])
-    channels = [scipy.signal.fftconvolve(picture[..., i], shape[..., i % shape.shape[2]]) for i in range(3)]
+    channels = [_spread(picture[..., i], shape[..., i % shape.shape[2]]) for i in range(3)]
     # Round-off leaves dark pixels a little below zero, of which a tone curve would make anything.
     whole = np.maximum(np.stack(channels, axis=-1), 0)
     rows, columns = (slice(start, start + size) for start, size in zip(middle, picture.shape[:2], strict=True))
     return whole if framed else whole[rows, columns]
+
+
+def _spread(light: Float[Array, "h w"], shape: Float[Array, "m n"]) -> Float[Array, "h+m-1 w+n-1"]:
+    """The sum of shapes at all pixels, times their light, by Fourier transforms."""
+    whole = [a + b - 1 for a, b in zip(light.shape, shape.shape, strict=True)]
+    # Transforms are slow where a length has a large prime factor.
+    padded = [-(-length // _FACTOR) * _FACTOR for length in whole]
+    product = np.fft.rfft2(light, padded) * np.fft.rfft2(shape, padded)
+    return np.fft.irfft2(product, padded)[: whole[0], : whole[1]]
 
 
 def glare_kernel(share: float, width: float, falloff: float = 3.0, reach: int | None = None) -> Float[Array, "n n"]:

@@ -5,11 +5,11 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.results.declared import Shown, quantity, result
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
 
 Array = np.ndarray

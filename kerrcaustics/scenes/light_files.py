@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float32
 
 from kerrcaustics.files import reading
 from kerrcaustics.scenes.colour import decoded
 from kerrcaustics.scenes.exr_files import EXR, exr_channels, exr_rows
 from kerrcaustics.scenes.scene_checks import check_light_of_file, not_light
+from kerrcaustics.shapes import Float32
 from kerrcaustics.spacetime.checks import quoted
 
 Array = np.ndarray

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, get_args
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.choices import ShutterShape
 from kerrcaustics.scenes.raster import Raster
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import one_of, quoted, real_number, refuse_tracer
 from kerrcaustics.spacetime.viewer import Viewer
 

@@ -11,7 +11,6 @@ from itertools import zip_longest
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from kerrcaustics.beams.ends import Spherical
 from kerrcaustics.beams.trace import beams_of_directions
@@ -30,6 +29,7 @@ from kerrcaustics.scenes.seen_sky import SeenSky, seen_sky
 from kerrcaustics.scenes.sky_light import Shifts, Sky, sky_light
 from kerrcaustics.scenes.sky_map import CROOKED, TOLERANCE, ray_directions, slopes
 from kerrcaustics.scenes.star_search import StarSearch
+from kerrcaustics.shapes import Bool, Float
 
 Array = np.ndarray
 

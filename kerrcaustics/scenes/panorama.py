@@ -5,9 +5,7 @@ import os
 from collections.abc import Iterable, Iterator
 
 import numpy as np
-from jaxtyping import Float, Float32
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from kerrcaustics.astronomy import healpix, plate_carree
 from kerrcaustics.files import check_path
@@ -18,6 +16,7 @@ from kerrcaustics.scenes.footprint import ASPECT, Footprint, averaged
 from kerrcaustics.scenes.light_files import has_bytes, rows_of, size_of
 from kerrcaustics.scenes.scene_checks import check_brightness, check_light, check_light_of_file, check_number, not_light
 from kerrcaustics.scenes.sphere_pyramid import SphereRows, looked_up, pyramid
+from kerrcaustics.shapes import Float, Float32
 from kerrcaustics.spacetime.checks import flags, quoted, real_array
 from kerrcaustics.spacetime.sphere import from_angles
 
@@ -285,6 +284,8 @@ def oriented(value: ArrayLike | None, mirror: bool) -> Float[Array, "3 3"]:
     """The matrix (3, 3) of a panorama's argument `orientation`: of angles, or as it is."""
     if value is None or np.ndim(value) == 2:
         return rotation(value)
+    from scipy.spatial.transform import Rotation
+
     angles = np.atleast_1d(real_array("orientation", value))
     if angles.shape not in ((1,), (3,)) or not np.isfinite(angles).all():
         raise ValueError(f"Argument `orientation` must be one angle or three, or a rotation, but is {quoted(value)}.")

@@ -8,12 +8,10 @@ import math
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
 from numpy.typing import ArrayLike
-from scipy.spatial import KDTree
 
 from kerrcaustics.scenes.colour import ResponseLike
 from kerrcaustics.scenes.coons_patches import weights_at
@@ -21,6 +19,10 @@ from kerrcaustics.scenes.footprint import bend, major_axis, turned
 from kerrcaustics.scenes.quadtree import in_chunks
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_cells import SkyCells
+from kerrcaustics.shapes import Bool, Float, Int
+
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
 
 Array = np.ndarray
 
@@ -60,8 +62,10 @@ class PointLights:
     response: ResponseLike = "cie"
 
     @cached_property
-    def tree(self) -> KDTree:
+    def tree(self) -> "KDTree":
         """A tree of the directions, for searches by distance."""
+        from scipy.spatial import KDTree
+
         return KDTree(self.direction)
 
     def some(self, which: Int[Array, " m"], turn: ArrayLike) -> "PointLights":
@@ -338,6 +342,8 @@ def _within(
     centre: Float[Array, "n 3"], chord: Float[Array, " n"], lights: PointLights
 ) -> tuple[Int[Array, " m"], Int[Array, " m"]]:
     """Discs (m,) and the stars (m,) in them."""
+    from scipy.spatial import KDTree
+
     order = np.argsort(chord)
     kind = np.floor(np.log(chord[order]) / math.log(_ALIKE))
     pairs = [(np.zeros(0, int), np.zeros(0, int))]

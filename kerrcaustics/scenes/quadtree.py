@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
-from jaxtyping import Bool, Int
 
 from kerrcaustics.scenes.coons_patches import CORNERS
+from kerrcaustics.shapes import Bool, Int
 
 Array = np.ndarray
 CornerSet = TypeVar("CornerSet", bound=tuple[Any, ...])

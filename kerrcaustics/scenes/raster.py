@@ -3,10 +3,10 @@
 from typing import Any, ClassVar
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.results.declared import Shown
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import numbers, quoted, whole_number
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 

@@ -6,7 +6,6 @@ from time import perf_counter as clock
 from typing import Any, get_args
 
 import numpy as np
-from jaxtyping import Float
 
 from kerrcaustics.beams.ends import Spherical
 from kerrcaustics.choices import ShutterShape
@@ -25,6 +24,7 @@ from kerrcaustics.scenes.seen_sky import seen_sky, sky_end
 from kerrcaustics.scenes.sky_cells import SkyCells
 from kerrcaustics.scenes.sky_light import Parts, Shifts, Sky, check_sky, sky_light
 from kerrcaustics.scenes.star_search import StarSearch
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import flags, instance_of, one_of
 from kerrcaustics.spacetime.viewer import Viewer
 

@@ -4,12 +4,12 @@ import math
 from typing import Any, ClassVar
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.scenes.raster import Raster, unit_vector
 from kerrcaustics.scenes.scene_checks import check_number, positive
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import numbers, quoted, real_array
 from kerrcaustics.spacetime.observer import Observer, from_screen, on_screen, screen_basis
 

@@ -9,7 +9,6 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, Float32, Int
 
 from kerrcaustics.beams.ends import SKY, Sphere, Spherical
 from kerrcaustics.beams.trace import beams_of_directions, cores
@@ -21,6 +20,7 @@ from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_cells import SkyCells, extent_of
 from kerrcaustics.scenes.sky_light import Parts, frequency_ratios
 from kerrcaustics.scenes.sky_map import TOLERANCE, sky_map, slopes
+from kerrcaustics.shapes import Bool, Float, Float32, Int
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import apart, quoted, real_number
 from kerrcaustics.spacetime.shadow import shadow_edge

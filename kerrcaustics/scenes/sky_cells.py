@@ -4,11 +4,11 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.scenes.coons_patches import weights
 from kerrcaustics.scenes.footprint import bend, major_axis, singular_values
 from kerrcaustics.scenes.quadtree import in_chunks
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.sphere import polar_basis
 
 Array = np.ndarray

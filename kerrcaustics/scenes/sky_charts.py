@@ -8,11 +8,11 @@ of the sky of a camera at rest, and look where the camera itself sees what lies 
 import math
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.lens_map.sky_chart import edge_size
 from kerrcaustics.scenes.view import View
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.frame import Frame, doppler, line_of_sight_from_sky, sky_from_line_of_sight
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -35,7 +35,6 @@ class EdgeChart:
     def __init__(self, camera: Viewer, strip: float, widest: float) -> None:
         """strip: its width, as a part of the size of the shadow, or of the sky outside it; widest: radians."""
         self._frame, self._size = camera.frame(), edge_size(camera)
-        self._slope = self._size.derivative()
         sizes = self._size(np.linspace(0, 2 * math.pi, _ROUND))
         self.widest = math.pi - float(sizes.min())
         scale = min(float(sizes.mean()), math.pi - float(sizes.mean()))
@@ -50,7 +49,7 @@ class EdgeChart:
         """Directions N (..., 3) on the camera sky, and their steps (..., 3, 2) per pixel."""
         x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
         angle, depth = (x + 0.5) * (2 * math.pi / _ROUND), _CAP + (y + 0.5) / _FINE
-        size, slope, part = self._size(angle), self._slope(angle), np.exp(-depth)
+        size, slope, part = self._size(angle), self._size(angle, 1), np.exp(-depth)
         distance = size + (math.pi - size) * part
         (c, s), (cos, sin) = ((np.cos(p), np.sin(p)) for p in (distance, angle))
         line_of_sight = np.stack([-c, s * cos, s * sin], axis=-1)

@@ -10,7 +10,6 @@ from dataclasses import replace
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.trace import cores
@@ -23,6 +22,7 @@ from kerrcaustics.scenes.points import PointLights, drawn, moved
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_cells import PARTS, Pixels, SkyCells, parts_of, places, turning
 from kerrcaustics.scenes.star_search import PictureImages, StarSearch
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.frame import redshift
 from kerrcaustics.spacetime.sphere import polar_basis

@@ -13,7 +13,6 @@ from functools import partial
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
@@ -26,6 +25,7 @@ from kerrcaustics.scenes.quadtree import Division, Level, Squares, joined
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_cells import PARTS, WIDE, CellScale, SkyCells, extent_of, parts_for
 from kerrcaustics.scenes.sky_charts import CapChart, EdgeChart
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.spacetime.sphere import polar_basis
 from kerrcaustics.spacetime.viewer import Viewer

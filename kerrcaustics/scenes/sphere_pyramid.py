@@ -8,9 +8,9 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Float16, Float32
 
 from kerrcaustics.results.progress import report
+from kerrcaustics.shapes import Float, Float16, Float32
 
 Array = np.ndarray
 Level = Float32[Array, "channels h w"] | Float16[Array, "channels h w"]

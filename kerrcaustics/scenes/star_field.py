@@ -6,7 +6,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
 from kerrcaustics.results.declared import Shown
 from kerrcaustics.scenes.catalogue import StarCatalogue, galactic_axes, hipparcos, tilted_galaxy
@@ -16,6 +15,7 @@ from kerrcaustics.scenes.panorama import Panorama, rotation
 from kerrcaustics.scenes.points import PointLights
 from kerrcaustics.scenes.scene_checks import check_number, not_negative
 from kerrcaustics.scenes.sky_light import Sky
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import instance_of, quoted
 from kerrcaustics.spacetime.sphere import from_angles
 

@@ -11,8 +11,6 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
-from scipy.ndimage import binary_dilation
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import SKY, Spherical
@@ -27,6 +25,7 @@ from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_cells import SkyCells, resolved
 from kerrcaustics.scenes.sky_charts import ROOT, CapChart, EdgeChart
 from kerrcaustics.scenes.sky_map import TOLERANCE, Cut, chart_cells, ray_directions
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -206,14 +205,14 @@ class StarSearch:
         inside = (block >= 0).all(axis=1) & (block[:, 0] < blocks.shape[1]) & (block[:, 1] < blocks.shape[0])
         blocks[block[inside, 1], block[inside, 0]] = True
         # A chart round the hole goes on across its side.
-        blocks = binary_dilation(np.pad(blocks, 1, mode="wrap"), np.ones((3, 3)))[1:-1, 1:-1]
+        blocks = _grown(np.pad(blocks, 1, mode="wrap"), 3)[1:-1, 1:-1]
         return np.kron(blocks, np.ones((_BLOCK, _BLOCK), bool))
 
     @cached_property
     def _samples(self) -> tuple[Array, Array]:
         """Places in the uncovered pixels: their middles, and their corners."""
         middle = np.nonzero(self._uncovered)
-        corner = np.nonzero(binary_dilation(np.pad(self._uncovered, (0, 1)), np.ones((2, 2)), origin=(-1, -1)))
+        corner = np.nonzero(_grown(np.pad(self._uncovered, (0, 1)), 2, -1))
         y, x = (np.concatenate([first - 1, second - 1.5]) for first, second in zip(middle, corner, strict=True))
         return x, y
 
@@ -374,9 +373,16 @@ def _sizes(view: Raster, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"])
     return view.solid_angle(steps) * view.lengths(sky) ** 2
 
 
+def _grown(mask: Bool[Array, "h w"], width: int, origin: int = 0) -> Bool[Array, "h w"]:
+    """True where a square about a pixel, so wide and moved by the origin, holds one that is True."""
+    from scipy.ndimage import binary_dilation
+
+    return binary_dilation(mask, np.ones((width, width)), origin=origin)
+
+
 def _uncovered(camera: Viewer, view: Raster, cells: SkyCells, fraction: Picture) -> Bool[Array, "h+2 w+2"]:
     """Pixels, and those beside the picture, that cells do not cover and that may see the sky."""
-    near = binary_dilation(np.pad(fraction > 0, 1, mode="edge"), np.ones((3, 3)))
+    near = _grown(np.pad(fraction > 0, 1, mode="edge"), 3)
     edge = np.round(view.pixels(shadow_edge(camera, _EDGE_POINTS)) + 1)
     edge = edge[np.isfinite(edge).all(axis=1)].astype(int)
     inside = (edge >= 0).all(axis=1) & (edge[:, 0] < near.shape[1]) & (edge[:, 1] < near.shape[0])

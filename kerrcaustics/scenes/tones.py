@@ -4,13 +4,12 @@ import math
 from typing import Literal, get_args
 
 import numpy as np
-import scipy
-from jaxtyping import Float, UInt8
 from numpy.typing import ArrayLike
 
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.scenes.colour import encoded, luminance
 from kerrcaustics.scenes.scene_checks import check_number, positive
+from kerrcaustics.shapes import Float, UInt8
 from kerrcaustics.spacetime.checks import left_out, one_of, quoted, real_array
 
 Array = np.ndarray
@@ -190,8 +189,10 @@ def _smoothed(bright: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
     variance = (max(bright.shape[-2:]) / _ACROSS) ** 2 - _VARIANCE
     if not variance > 0:
         return bright
+    from scipy.ndimage import gaussian_filter
+
     deviation = (0.0,) * (bright.ndim - 2) + 2 * (math.sqrt(variance),)
-    return scipy.ndimage.gaussian_filter(bright, deviation, mode="nearest")
+    return gaussian_filter(bright, deviation, mode="nearest")
 
 
 def _highlights(bright: Float[Array, "*shape"]) -> float:

@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.points import PointLights
 from kerrcaustics.scenes.scene_checks import check_number
 from kerrcaustics.scenes.sky_light import Sky, check_sky
+from kerrcaustics.shapes import Float
 
 Array = np.ndarray
 

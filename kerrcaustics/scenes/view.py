@@ -4,12 +4,12 @@ import math
 from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.scenes.raster import Raster, unit_vector
 from kerrcaustics.scenes.scene_checks import check_number, positive
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.checks import if_degrees, one_of, real_array
 from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge

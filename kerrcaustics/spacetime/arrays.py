@@ -3,20 +3,17 @@
 Most functions work elementwise: an argument has one number for each ray, or one for all of them.
 """
 
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-from jaxtyping import Bool, Float, Real
 
-# At run time any object with a shape: cameras are checked without JAX, which takes most of a second to load. And any
-# spline: while SciPy is loaded, where it is first used, programs are.
+from kerrcaustics.shapes import Bool, Float, Real
+
+# At run time any object with a shape: formulas are checked without JAX, which takes most of a second to load.
 if TYPE_CHECKING:
     from jaxtyping import Array
-    from scipy.interpolate import CubicSpline
-
-    Spline: TypeAlias = CubicSpline
 else:
-    Array = Spline = Any
+    Array = Any
 
 # One number a ray, or one for all.
 Reals = float | Real[Array, "*#rays"] | Real[np.ndarray, "*#rays"]

@@ -51,6 +51,11 @@ class Photon(NamedTuple):
     energy_ratio: Any
 
 
+def potential_coefficients(spin: Any, photon: Photon) -> tuple[Any, Any, Any]:
+    """(a2, a1, a0) of R(r) = r^4 + a2 r^2 + a1 r + a0 (JTFT A.1 with E = 1)."""
+    return spin**2 - photon.k, 2 * photon.kappa, -(spin**2) * photon.q
+
+
 def fido_from_sky(frame: Frame, sky: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
     """Direction of motion (n_r, n_theta, n_phi) of the photon seen in camera-sky direction N (JTFT A.1).
 
@@ -171,4 +176,9 @@ def redshift(frame: Frame, sky: np.ndarray, photon: Photon | None = None) -> np.
         _energy_ratio(frame, zoomed(frame, fido_from_sky(frame, parts))[2]) if photon is None else photon.energy_ratio
     )
     with np.errstate(divide="ignore"):
-        return math.sqrt(frame.slowness) / (doppler(frame, parts)[0] * energy_ratio)
+        return frequency_ratio(frame, parts, energy_ratio)
+
+
+def frequency_ratio(frame: Frame, sky: tuple[Any, Any, Any], energy_ratio: Any) -> Any:
+    """The same from the components of N and E_infinity / E_FIDO, floats or arrays of any kind."""
+    return frame.slowness**0.5 / (doppler(frame, sky)[0] * energy_ratio)

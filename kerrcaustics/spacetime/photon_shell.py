@@ -7,7 +7,6 @@ its distance from the edge shrinks by e^gamma and its azimuth grows by delta, so
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from kerrcaustics.spacetime import kerr
 
@@ -63,7 +62,9 @@ def exponents(spin: float, b: np.ndarray | float) -> Exponents:
     total = q + b**2 - a**2
     h = (total + np.sqrt(total**2 + 4 * a**2 * q)) / 2
     turning, modulus = q / h, -(a**2) * q / h**2
-    special = scipy.special
+    # SciPy is loaded where it is needed.
+    from scipy import special
+
     half_period = 2 * special.ellipk(modulus) / np.sqrt(h)
     # 1 - z_+^2, a difference that would cancel close to the axis.
     least_sine = b**2 / (h + a**2)

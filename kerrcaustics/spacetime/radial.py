@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from kerrcaustics.spacetime import elliptic
 from kerrcaustics.spacetime.arrays import Flags, Reals
 from kerrcaustics.spacetime.cubic import largest_root
-from kerrcaustics.spacetime.frame import Frame, Photon
+from kerrcaustics.spacetime.frame import Frame, Photon, potential_coefficients
 
 _SMALLEST = 1e-300
 # Rounding of b, of kappa and of the formulas here, as it enters the distance of the outer roots.
@@ -46,11 +46,6 @@ class _Resolvent(NamedTuple):
     middle: Reals
     linear: Reals
     constant: Reals
-
-
-def potential_coefficients(spin: Reals, photon: Photon) -> tuple[Reals, Reals, Reals]:
-    """(a2, a1, a0) of R(r) = r^4 + a2 r^2 + a1 r + a0 (JTFT A.1 with E = 1)."""
-    return spin**2 - photon.k, 2 * photon.kappa, -(spin**2) * photon.q
 
 
 def factor(frame: Frame, photon: Photon) -> Quartic:

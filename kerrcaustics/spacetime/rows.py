@@ -5,7 +5,8 @@ from functools import cache
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from jaxtyping import Bool, Int
+
+from kerrcaustics.shapes import Bool, Int
 
 
 class Rows:

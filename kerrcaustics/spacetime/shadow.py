@@ -5,8 +5,8 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-import scipy
 
+from kerrcaustics.numerics.roots import bracketed_roots
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import whole_number
@@ -153,9 +153,8 @@ def _momentum_range(camera: Viewer) -> tuple[float, float]:
     """Least and largest p_phi / sin(theta) on the shadow edge, where p_theta vanishes."""
     a, s, c = camera.spin, camera.sin_theta, camera.cos_theta
 
-    def potential(momentum: float) -> float:
-        q = kerr.spherical_orbit_of_impact(a, momentum * s)[1]
-        return float(_theta_potential(q, momentum, a, c))
+    def potential(momentum: np.ndarray) -> np.ndarray:
+        return _theta_potential(kerr.spherical_orbit_of_impact(a, momentum * s)[1], momentum, a, c)
 
     ends = []
     for orbit, limit in zip(kerr.photon_orbits(a), (math.sqrt(27), -math.sqrt(27)), strict=True):
@@ -166,9 +165,9 @@ def _momentum_range(camera: Viewer) -> tuple[float, float]:
         far = equatorial / s if abs(equatorial) < 8 * s else math.copysign(8, equatorial)
         # The equatorial end may miss by round-off of keeping the sign; a little further out it cannot.
         for _ in range(60):
-            if potential(far) < 0:
+            if potential(np.array(far)) < 0:
                 break
             far *= 1 + 1e-3
-        ends.append(scipy.optimize.brentq(potential, 0.0, far, xtol=1e-16, rtol=4 * np.finfo(float).eps))
+        ends.append(float(bracketed_roots(potential, (np.zeros(1), np.array([far])), absolute=1e-16).x[0]))
     prograde, retrograde = ends
     return retrograde, prograde

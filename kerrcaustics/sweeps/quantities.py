@@ -4,14 +4,14 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
-from scipy.interpolate import CubicSpline
 
 from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.curves.caustic import Caustic
 from kerrcaustics.curves.caustic_search import caustics
 from kerrcaustics.images.counts import count_map
+from kerrcaustics.numerics.splines import Spline
 from kerrcaustics.results.declared import Quantity, quantities
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.sweeps.scene import Scene
 
@@ -178,7 +178,7 @@ def _loop_areas(sky: Float[Array, "n 3"], celestial: Float[Array, "n 2"]) -> tup
     distinct = np.append(True, np.diff(arc) > 0)
     arc, points = arc[distinct], points[distinct]
     points[-1] = points[0]
-    spline = CubicSpline(arc, points, bc_type="periodic")
+    spline = Spline(arc, points, periodic=True)
     nodes, weights = np.polynomial.legendre.leggauss(4)
     step = np.diff(arc)[:, None]
     places = arc[:-1, None] + step * (1 + nodes) / 2

@@ -8,9 +8,9 @@ from typing import Any, Literal
 
 import msgspec
 import numpy as np
-from jaxtyping import Float
 
 from kerrcaustics.choices import VelocityName
+from kerrcaustics.shapes import Float
 from kerrcaustics.toml_files import as_struct, read_toml
 
 Array = np.ndarray

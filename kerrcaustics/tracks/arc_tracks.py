@@ -7,13 +7,13 @@ along that curve two of them meet: an event. Tracks are the curve, as far as its
 import math
 
 import numpy as np
-from jaxtyping import Float, Int
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import End
 from kerrcaustics.images.circle_arcs import Arcs, step_between
 from kerrcaustics.lens_map.lens_map import LensMap
 from kerrcaustics.lens_map.measured_light import MeasuredLight, measured_light
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.events import PairEvent
 from kerrcaustics.tracks.track import Track

@@ -5,7 +5,6 @@ from collections.abc import Iterable
 from functools import singledispatch
 
 import numpy as np
-from jaxtyping import Float
 
 from kerrcaustics.beams.ends import End, Wherever
 from kerrcaustics.choices import event_kind
@@ -15,6 +14,7 @@ from kerrcaustics.lens_map.domains import Domain, Ring, domain_of, search_surfac
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap, SeenLight
 from kerrcaustics.results.declared import Items, Shown, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.tracks.level_curves.circle import Circle

@@ -6,9 +6,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
 from numpy.typing import ArrayLike
-from scipy.optimize import linear_sum_assignment
 
 from kerrcaustics.beams.ends import End, Wherever
 from kerrcaustics.images.images import StarImages, checked_index, star_images
@@ -16,8 +14,10 @@ from kerrcaustics.lens_map.domains import Domain, Ring, domain_of, search_surfac
 from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.lens_map.sky_chart import Chart, apart, chart_of
+from kerrcaustics.numerics.matching import best_matches
 from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.checks import numbers, quoted
 from kerrcaustics.spacetime.sphere import angle_between
 from kerrcaustics.spacetime.viewer import Viewer
@@ -187,7 +187,7 @@ def _linked(last: _SearchedImages, now: _SearchedImages) -> tuple[Int[Array, " i
         free = np.flatnonzero((now.images.index == k) & (link < 0))
         left = np.setdiff1d(np.flatnonzero(index == k), link)
         step = apart(np.array(0 if inside else k), start[left][:, None], stop[free][None])
-        for i, j in zip(*linear_sum_assignment(np.linalg.norm(step, axis=-1)), strict=True):
+        for i, j in zip(*best_matches(np.linalg.norm(step, axis=-1)), strict=True):
             link[free[j]] = left[i]
     return link, sure
 

@@ -7,7 +7,6 @@ lines meet are joined to open curves.
 """
 
 import numpy as np
-from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.emitters import EMITTERS, redshift
@@ -21,6 +20,7 @@ from kerrcaustics.lens_map.plane_map import Crossings, PlaneMap
 from kerrcaustics.lens_map.search_sky import TOLERANCE, search_camera
 from kerrcaustics.results.declared import Items, Shown, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import flags, numbers, one_of, quoted, whole_number
 from kerrcaustics.spacetime.frame import photon_of

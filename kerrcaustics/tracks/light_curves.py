@@ -14,7 +14,6 @@ import math
 from typing import NamedTuple, get_args
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.astronomy.row_tables import TimeTable
@@ -26,6 +25,7 @@ from kerrcaustics.lens_map.domains import Ring
 from kerrcaustics.lens_map.lens_map import LensMap
 from kerrcaustics.results.declared import Shown, quantity, result
 from kerrcaustics.results.progress import in_steps
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, real_number, whole_number
 from kerrcaustics.spacetime.viewer import Viewer, finite_number
 from kerrcaustics.tracks.arc_tracks import node_errors

@@ -4,9 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
 from numpy.typing import ArrayLike
-from scipy.optimize import elementwise
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import beams_of_directions
@@ -14,7 +12,9 @@ from kerrcaustics.images.images import checked_sheets
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap
 from kerrcaustics.lens_map.search_sky import TOLERANCE, search_sky
+from kerrcaustics.numerics.roots import bracketed_roots
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.checks import instance_of, numbers, quoted
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import flattened, tangent_basis
@@ -282,7 +282,7 @@ def _polished(
         return circle.height(_beams(sheets, path.sky(place)).direction)
 
     low, high = nodes[roots], nodes[roots + 1]
-    root = elementwise.find_root(height, (low.place, high.place))
+    root = bracketed_roots(height, (low.place, high.place))
     # Where the line ends on a curve, an interval may hold no change of sign.
     end = np.where(np.abs(low.height) < np.abs(high.height), low.place, high.place)
-    return np.where(root.success, root.x, end)
+    return np.where(root.found, root.x, end)

@@ -9,7 +9,6 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import End, Sphere
@@ -19,6 +18,7 @@ from kerrcaustics.lens_map.lens_map import LensMap, on_leaves
 from kerrcaustics.lens_map.measured_light import MeasuredLight, measured_light
 from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.lens_map.search_sky import TOLERANCE, search_camera
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.frame import line_of_sight_from_sky, photon_of, sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import from_angles

@@ -9,12 +9,11 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
-from scipy.interpolate import CubicSpline
-from scipy.special import ndtr
 
 from kerrcaustics.images.circle_arcs import Arcs
 from kerrcaustics.lens_map.lens_map import LensMap
+from kerrcaustics.numerics.splines import Spline
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.shadow import even_phases
 
@@ -64,10 +63,10 @@ class SplinedCurve(NamedTuple):
     winds: what both angles gain with the parameter, in whole turns; it is left out of them.
     """
 
-    sky: CubicSpline
-    azimuth: CubicSpline
-    phase: CubicSpline
-    light: CubicSpline
+    sky: Spline
+    azimuth: Spline
+    phase: Spline
+    light: Spline
     winds: int
 
 
@@ -113,8 +112,8 @@ def splined(image: OrbitImage, spot: Spot, step: int) -> SplinedCurve:
     part = image[::step]
     closed = np.append(part.edge_phase, part.edge_phase[0] + 2 * math.pi)
 
-    def spline(values: Array) -> CubicSpline:
-        return CubicSpline(closed, [*values, values[0]], bc_type="periodic")
+    def spline(values: Array) -> Spline:
+        return Spline(closed, np.concatenate([values, values[:1]]), periodic=True)
 
     azimuth = part.azimuth - winds * part.edge_phase
     along = np.linalg.norm(spline(part.search_sky)(part.edge_phase, 1), axis=-1)
@@ -128,6 +127,9 @@ def received(ring: SplinedCurve, orbital: float, time: Array, deviation: float) 
     The curve is a chain of short pieces on which the phase is linear and the light is the same: each is integrated
     exactly, however long it is compared with the spot.
     """
+    # Light curves of points do not need it.
+    from scipy.special import ndtr
+
     knots = ring.phase.x
     edge_phase = np.append(
         (knots[:-1, None] + np.diff(knots)[:, None] * np.arange(_PIECES) / _PIECES).ravel(), knots[-1]

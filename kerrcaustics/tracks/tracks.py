@@ -4,7 +4,6 @@ import math
 from functools import lru_cache, singledispatch
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.ends import End, Wherever
@@ -17,6 +16,7 @@ from kerrcaustics.lens_map.lens_map import LensMap
 from kerrcaustics.lens_map.measured_light import measured_light
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.arrays import HostReals
 from kerrcaustics.spacetime.checks import numbers, quoted
 from kerrcaustics.spacetime.frame import line_of_sight_from_sky

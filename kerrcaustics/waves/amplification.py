@@ -4,7 +4,6 @@ import math
 from typing import get_args
 
 import numpy as np
-from jaxtyping import Complex, Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.astronomy.row_tables import FrequencyTable
@@ -16,6 +15,7 @@ from kerrcaustics.lens_map.domains import search_surface
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
+from kerrcaustics.shapes import Complex, Float
 from kerrcaustics.spacetime.checks import argument_named, numbers, one_of, quoted, whole_number
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.waves.image_groups import wave_field

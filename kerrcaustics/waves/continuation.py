@@ -10,12 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Complex, Float
 from numpy.polynomial import chebyshev
 
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.images.images import star_images
 from kerrcaustics.images.sheets import Sheets
+from kerrcaustics.shapes import Complex, Float
 from kerrcaustics.spacetime.sphere import lengths, moved, polar_angle
 from kerrcaustics.waves.summed_images import field_in_pairs, gaps
 from kerrcaustics.waves.uniform import cusp_field, cusp_parameters, fold_field, fold_parameters

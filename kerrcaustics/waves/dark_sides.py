@@ -3,10 +3,10 @@
 import math
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.curves.winding import distance_from_sides
+from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.waves.ring_integral import NearestCurve
 from kerrcaustics.waves.wave_images import WaveImages

@@ -9,8 +9,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
-from jaxtyping import Bool, Float
+
+from kerrcaustics.shapes import Bool, Float
 
 Array = np.ndarray
 
@@ -79,5 +79,7 @@ def gap_of(edge_phase: Float[Array, " lines"], broken: Bool[Array, " lines"]) ->
 
 def _step(x: Float[Array, " lines"], start: float, end: float) -> Float[Array, " lines"]:
     """A step from 0 to 1."""
+    from scipy.special import ndtr
+
     deviations = _DEVIATIONS * ((x - start) / (end - start) - 0.5)
-    return scipy.special.ndtr(np.where(x <= start, -math.inf, np.where(x >= end, math.inf, deviations)))
+    return ndtr(np.where(x <= start, -math.inf, np.where(x >= end, math.inf, deviations)))

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Complex, Float
 
 from kerrcaustics.curves.critical_points import Points
+from kerrcaustics.shapes import Complex, Float
 from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.waves.continuation import ContinuedRing, meeting_images, meeting_parameters
 from kerrcaustics.waves.dark_sides import error_beyond_caustic, error_beyond_gap, nearest_is_hidden

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Complex, Float
 
 from kerrcaustics.images.sheets import HIGHEST_INDEX, Sheets
+from kerrcaustics.shapes import Complex, Float
 from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.waves.continuation import (
     FARTHEST_CONTINUED,

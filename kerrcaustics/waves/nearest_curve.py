@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import CelestialSphere, Sphere
@@ -19,6 +18,7 @@ from kerrcaustics.curves.critical_curves import CriticalCurves
 from kerrcaustics.lens_map.domains import Ring, domain_of
 from kerrcaustics.lens_map.search_sky import TOLERANCE, SearchSky, search_sky
 from kerrcaustics.lens_map.sky_lines import periodic
+from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import lengths, polar_basis, tangent_basis
 from kerrcaustics.spacetime.viewer import Viewer

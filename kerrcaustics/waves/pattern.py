@@ -10,7 +10,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from jaxtyping import Complex, Float
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
@@ -20,6 +19,7 @@ from kerrcaustics.images.images import star_images
 from kerrcaustics.images.sheets import HIGHEST_INDEX, Sheets
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
+from kerrcaustics.shapes import Complex, Float
 from kerrcaustics.spacetime.checks import argument_named, numbers, quoted, real_number, whole_number
 from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Complex, Float
 
+from kerrcaustics.shapes import Bool, Complex, Float
 from kerrcaustics.waves.gaps import Gap
 
 Array = np.ndarray

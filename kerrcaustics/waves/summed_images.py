@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from jaxtyping import Bool, Complex, Float
 
 from kerrcaustics.images.sheets import HIGHEST_INDEX
+from kerrcaustics.shapes import Bool, Complex, Float
 from kerrcaustics.waves.uniform import fold_field, fold_parameters
 from kerrcaustics.waves.wave_images import WaveImages
 

@@ -8,8 +8,8 @@ Airy functions, Bessel functions, and Pearcey's integral: all are functions of t
 import math
 
 import numpy as np
-import scipy
-from jaxtyping import Complex, Float
+
+from kerrcaustics.shapes import Complex, Float
 
 Array = np.ndarray
 
@@ -41,9 +41,11 @@ def fold_field(
     index: the lower Morse index. The size is that of both images without their phases, and next to the fold the largest
     value of the Airy function.
     """
+    from scipy.special import airy
+
     mean, argument, even, odd = parameters.tolist()
     z = omega ** (2 / 3) * argument
-    value, slope, *_ = scipy.special.airy(-np.where(np.abs(z) < _FARTHEST, z, np.nan))
+    value, slope, *_ = airy(-np.where(np.abs(z) < _FARTHEST, z, np.nan))
     turn = np.exp(1j * (omega * mean - math.pi * index / 2 - math.pi / 4))
     field = math.sqrt(math.pi) * turn * (even * omega ** (1 / 6) * value - 1j * odd * omega ** (-1 / 6) * slope)
     return field, abs(even) / math.sqrt(2) * omega ** (1 / 6) / np.maximum(1, z) ** 0.25
@@ -56,8 +58,10 @@ def ring_pair(
 
     index: the lower Morse index.
     """
+    from scipy.special import j0, j1
+
     chi = omega * (time[1] - time[0]) / 2
-    even, odd = scipy.special.j0(chi), scipy.special.j1(chi)
+    even, odd = j0(chi), j1(chi)
     turn = np.exp(1j * (omega * time.mean() - math.pi * index / 2 - math.pi / 4))
     return np.sqrt(math.pi * chi / 2) * turn * (amplitude.sum() * even - 1j * (amplitude[0] - amplitude[1]) * odd)
 

@@ -4,12 +4,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Complex, Float, Int
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.images.images import StarImages
 from kerrcaustics.lens_map.search_sky import TOLERANCE, search_sky
+from kerrcaustics.shapes import Complex, Float, Int
 from kerrcaustics.spacetime.frame import line_of_sight_from_sky
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.waves.wave_sources import WaveSource

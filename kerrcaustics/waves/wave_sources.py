@@ -4,11 +4,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import SKY, CelestialSphere, Sphere
 from kerrcaustics.images.sheets import Sheets, sheets_of
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import redshift

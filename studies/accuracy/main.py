@@ -4,7 +4,7 @@
 
 Errors of n' in radians and of delta_minus relative to delta_plus, of 400 rays whose truth is known to 25 digits; time
 of a beam with Morse index, crossings and redshift on one core, of many directions drawn in the same way from the same
-cameras, after compilation. In the picture 99 % of the rays are better than the dots, thin lines go from the median to
+cameras, after a first call. In the picture 99 % of the rays are better than the dots, thin lines go from the median to
 the worst ray, and the dashed line is what the rounding of the direction N to double precision costs, whatever computes
 the ray. Writes accuracy.json, accuracy.png and accuracy.md.
 """

@@ -1,11 +1,9 @@
-"""Waiting times of users, line by line: each is measured in a process of its own, with nothing but its programs."""
+"""Waiting times of users, line by line: each is measured in a process of its own."""
 
 import json
 import math
-import os
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -14,7 +12,6 @@ from typing import Any
 import numpy as np
 
 import kerrcaustics as kc
-from kerrcaustics.beams.compile_cache import cache_folder
 from kerrcaustics.report.machine import one_core
 
 from .stages import Stages, watched
@@ -24,8 +21,6 @@ Work = Callable[[int], object]
 STAR, NORMAL, FURTHER = (1.4, 2.9), (1.2, 0.4), 1e-3
 # Nothing is repeated any more after so many seconds.
 _LONGEST = 4.0
-# A process is at rest if it takes less than a tenth of a core for so many seconds.
-_AT_REST = 0.2
 _APART = "import sys; from kerrcaustics.scripts import STUDIES; STUDIES.module('cost.lines').answer(sys.argv[1])"
 
 
@@ -131,33 +126,10 @@ LINES: dict[str, Callable[[Sizes], Work]] = {
 
 
 def line(name: str, sizes: Sizes, repeats: int) -> dict[str, Any]:
-    """A line: seconds of its first call and of later ones by stage, and how many rays and beams those trace.
-
-    All in a process of its own that loads its programs from the user's cache.
-    """
-    kept = _kept()
-    found = _apart(name, sizes, repeats, None)
-    # What had to be compiled is there now.
-    return found if _kept() <= kept else _apart(name, sizes, repeats, None)
-
-
-def first_use(name: str, sizes: Sizes) -> dict[str, dict[str, Any]]:
-    """The first call of a line in a new process: with an empty cache, and with what that has left there."""
-    with tempfile.TemporaryDirectory() as cache:
-        return {state: _apart(name, sizes, 0, cache) for state in ("empty", "warm")}
-
-
-def _kept() -> set[str]:
-    folder = cache_folder()
-    return {path.name for path in folder.iterdir()} if folder and folder.is_dir() else set()
-
-
-def _apart(name: str, sizes: Sizes, repeats: int, cache: str | None) -> dict[str, Any]:
-    """The answer of `measured` in a new process."""
-    environment = os.environ | ({} if cache is None else {"XDG_CACHE_HOME": cache})
+    """A line, in a process of its own: its first call and, with repeats, its later ones, as `measured` has them."""
     request = json.dumps({"name": name, "sizes": asdict(sizes), "repeats": repeats, "began": time.time()})
     command = [sys.executable, "-c", _APART, request]
-    done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, text=True, check=True)
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
     return json.loads(done.stdout.splitlines()[-1])
 
 
@@ -170,7 +142,8 @@ def measured(name: str, sizes: dict[str, int], repeats: int, began: float) -> di
     """Seconds of a line in this process, which began at a time.
 
     `first`: start of the process with its imports, and the stages of the first call, as time goes by on all cores.
-    `later`: stages in processor time on one core, of the fastest call. `speed_up`: that of calls on all cores.
+    With repeats, `later`: stages of the fastest call, in processor time on one core; `traced`: its rays and beams;
+    `speed_up`: that of calls on all cores.
     """
     work = LINES[name](Sizes(**sizes))
     start = time.time() - began
@@ -179,15 +152,12 @@ def measured(name: str, sizes: dict[str, int], repeats: int, began: float) -> di
     found: dict[str, Any] = {"first": {"start": start, **first.seconds}}
     if not repeats:
         return found
-    _rest()
     on_all = _calls(work, range(1, repeats + 1))
     with one_core():
         on_one = _calls(work, range(repeats + 1, 2 * repeats + 1))
     _, best = min(on_one, key=lambda call: sum(call[1].seconds.values()))
-    # Programs are there by now: what is left is to look for them.
-    rest = sum(best.seconds.values()) - best.seconds["tracing"]
-    found["later"] = {"tracing": best.seconds["tracing"], "rest": rest}
-    return found | {"traced": best.traced, "speed_up": min(on_one, key=_taken)[0] / min(on_all, key=_taken)[0]}
+    speed_up = min(map(_taken, on_one)) / min(map(_taken, on_all))
+    return found | {"later": best.seconds, "traced": best.traced, "speed_up": speed_up}
 
 
 def _taken(call: tuple[float, Stages]) -> float:
@@ -205,12 +175,3 @@ def _calls(work: Work, numbers: range) -> list[tuple[float, Stages]]:
             work(k)
         calls.append((time.perf_counter() - began, stages))
     return calls
-
-
-def _rest() -> None:
-    """Wait until programs that are made beside are there."""
-    spent = math.inf
-    while spent > 0.1 * _AT_REST:
-        before = time.process_time()
-        time.sleep(_AT_REST)
-        spent = time.process_time() - before

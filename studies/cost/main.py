@@ -6,15 +6,14 @@ For each engine, rays of the whole sky of one camera at the default tolerance, c
 line asks for one thing more than the line before. Whiskers show how far two rounds differ: what is within them is
 noise.
 
-Each line of what people wait for runs in a process of its own: a first call, which loads its programs, on all cores;
-then more calls, each for another camera, of which the fastest is shown, in processor time on one core. Tracing is the
-time within compiled programs, the rest is Python and NumPy. The whole is compared with what as many rays and beams take
-by the first table, with all that can be had with them: absolute times are noise, ratios less so. A process on all cores
-would be as many times as fast as there are cores, but for what waits there: for the interpreter's lock, or for a step
-that only one thread takes.
+Each line of what people wait for runs in a process of its own: a first call, on all cores; then more calls, each for
+another camera, of which the fastest is shown, in processor time on one core. Tracing is the time within kernels, the
+rest is Python and NumPy. The whole is compared with what as many rays and beams take by the first table, with all that
+can be had with them: absolute times are noise, ratios less so. A process on all cores would be as many times as fast as
+there are cores, but for what waits there: for the interpreter's lock, or for a step that only one thread takes.
 
-The first use is a new process until it has its answer, with an empty cache of programs, where all are compiled, and
-with what that leaves. Writes cost.json, cost.png and cost.md.
+The first use is a new process until it has its answer: its start with all imports, then its first call. Writes
+cost.json, cost.png and cost.md.
 """
 
 import time
@@ -31,7 +30,7 @@ from kerrcaustics.report.study_records import write_study
 from kerrcaustics.report.tables import markdown_table, text_table
 
 from ..directions import whole_sky
-from .lines import LINES, SIZES, Sizes, first_use, line
+from .lines import LINES, SIZES, Sizes, line
 from .picture import ENGINES, draw
 
 CAMERA = kc.Camera(0.999, 6.03)
@@ -73,7 +72,7 @@ def compared(name: str, sizes: Sizes, repeats: int, each: tuple[float, float]) -
 def findings(found: dict[str, list[float]], names: list[str], lines: dict, first: dict) -> list[str]:
     """Findings: a sentence for each engine, one of the lines, one for each first use."""
     sentences = [
-        f"{engine}: {times[0]:.1f} µs for {names[0]} alone, {times[-1]:.1f} µs for beams with all that was asked for."
+        f"{engine}: {times[0]:.2f} µs for {names[0]} alone, {times[-1]:.2f} µs for beams with all that was asked for."
         for engine, times in found.items()
     ]
     if lines:
@@ -83,9 +82,10 @@ def findings(found: dict[str, list[float]], names: list[str], lines: dict, first
             f"What people wait for takes {in_words(least)} ({first_name}) to {in_words(most)} times ({last_name}) as "
             "long as its rays and beams alone."
         )
-    for name, states in first.items():
-        empty, warm = (sum(states[state]["first"].values()) for state in ("empty", "warm"))
-        sentences.append(f"First use, {name}: {empty:.1f} s with an empty cache, {warm:.1f} s with a warm one.")
+    for name, stages in first.items():
+        sentences.append(
+            f"First use, {name}: {sum(stages.values()):.1f} s, of which the start takes {stages['start']:.1f} s."
+        )
     return sentences
 
 
@@ -93,32 +93,26 @@ def beam_table(found: dict[str, list[float]], noise: dict[str, list[float]], nam
     """Microseconds of rays and beams, by engine."""
     heads = ["asked for", *(head for engine in found for head in (f"{engine}, µs", "slower round"))]
     columns = [column for engine in found for column in (found[engine], np.add(found[engine], noise[engine]))]
-    return heads, [[name, *(f"{t:.1f}" for t in times)] for name, *times in zip(names, *columns, strict=True)]
+    return heads, [[name, *(f"{t:.2f}" for t in times)] for name, *times in zip(names, *columns, strict=True)]
 
 
 def line_table(lines: dict[str, dict[str, Any]]) -> Rows:
     """Times of the lines, of which the first calls are in seconds and the others in milliseconds."""
-    heads = ["line", "first call, s", "loading, s", "later call, ms", "tracing, ms", "rest, ms", "rays", "beams"]
+    heads = ["line", "first call, s", "later call, ms", "tracing, ms", "rest, ms", "rays", "beams", "× these alone"]
     rows = []
     for name, one in lines.items():
         first, later = one["first"], one["later"]
-        calls = sum(first.values()) - first["start"], first["loading"]
         times = (milliseconds(t) for t in (sum(later.values()), later["tracing"], later["rest"]))
         numbers = (str(one["traced"][kind]) for kind in ("rays", "beams"))
-        rows.append(
-            [name, *(f"{t:.1f}" for t in calls), *times, *numbers, in_words(one["ratio"]), f"{one['speed_up']:.1f}"]
-        )
-    return [*heads, "× these alone", f"speed-up on {cores()} cores"], rows
+        first_call = f"{sum(first.values()) - first['start']:.2f}"
+        rows.append([name, first_call, *times, *numbers, in_words(one["ratio"]), f"{one['speed_up']:.1f}"])
+    return [*heads, f"speed-up on {cores()} cores"], rows
 
 
-def first_table(first: dict[str, dict[str, Any]]) -> Rows:
+def first_table(first: dict[str, dict[str, float]]) -> Rows:
     """Seconds of the first use, by stage."""
-    stages = {"start": "start, imports", "loading": "programs", "tracing": "tracing", "rest": "rest"}
-    rows = []
-    for name, states in first.items():
-        for state, one in states.items():
-            times = [sum(one["first"].values()), *(one["first"][stage] for stage in stages)]
-            rows.append([f"{name}, {state} cache", *(f"{t:.1f}" for t in times)])
+    stages = {"start": "start, imports", "tracing": "tracing", "rest": "rest"}
+    rows = [[name, *(f"{t:.2f}" for t in (sum(one.values()), *map(one.get, stages)))] for name, one in first.items()]
     return ["first use", "until its answer, s", *(f"{head}, s" for head in stages.values())], rows
 
 
@@ -152,7 +146,7 @@ def main(
     names = [name for name, _, _ in scenes]
     each = found["closed-form"][0], found["closed-form"][-1]
     of_lines = {name.format(**asdict(sizes)): compared(name, sizes, calls, each) for name in lines}
-    of_first = {name: first_use(name, sizes) for name in first}
+    of_first = {name: of_lines[name]["first"] for name in first}
     tables = [beam_table(found, noise, names), line_table(of_lines), first_table(of_first)]
     tables = [table for table in tables if table[1]]
     print("\n".join(text_table(*table) for table in tables))

@@ -12,7 +12,6 @@ ENGINES = {"closed-form": PALETTE[1], "integrated": PALETTE[0]}
 # The stages of a call, in their order: words and colour.
 _STAGES = {
     "start": ("start, imports", "#b5b5b5"),
-    "loading": ("programs", PALETTE[3]),
     "tracing": ("tracing", PALETTE[2]),
     "rest": ("Python, NumPy", PALETTE[4]),
 }
@@ -24,8 +23,7 @@ Found = dict[str, list[float]]
 
 def draw(found: Found, noise: Found, names: list[str], lines: dict[str, Any], first: dict[str, Any]) -> Figure:
     """Panels of rays and beams by engine, of the lines by stage, and of the first use."""
-    uses = {f"{name}, {state} cache": one for name, states in first.items() for state, one in states.items()}
-    heights = [2.5, *(_ROOM + _ROW * len(rows) for rows in (lines, uses) if rows)]
+    heights = [2.5, *(_ROOM + _ROW * len(rows) for rows in (lines, first) if rows)]
     with rc_context(RC):
         figure = Figure(figsize=(4.8, sum(heights)), layout="constrained")
         # Each with the room that its own words need.
@@ -34,24 +32,24 @@ def draw(found: Found, noise: Found, names: list[str], lines: dict[str, Any], fi
         draw_engines(panels[0], found, noise, names)
         if lines:
             draw_lines(panels[1], lines)
-        if uses:
-            draw_first(panels[-1], uses)
+        if first:
+            draw_first(panels[-1], first)
     return figure
 
 
 def draw_engines(ax: Axes, found: Found, noise: Found, names: list[str]) -> None:
     """Bars of microseconds, a group for each scene; whiskers up to the slower round."""
     for k, (engine, times) in enumerate(found.items()):
+        name = "closed form" if engine == "closed-form" else engine
         for i, time in enumerate(times):
             place = i + 0.38 * (k - 0.5)
             slower = {"yerr": [[0], [noise[engine][i]]], "error_kw": {"linewidth": 0.8, "capsize": 2}}
-            ax.bar(place, time, 0.36, color=ENGINES[engine], **slower)
-            ax.annotate(f"{time:.1f}", (place, time + noise[engine][i]), (0, 2), ha="center", **_LABEL)
-        name = "closed form" if engine == "closed-form" else engine
-        ax.annotate(name, (0.02, 0.95 - 0.09 * k), xycoords="axes fraction", color=ENGINES[engine], va="top")
+            ax.bar(place, time, 0.36, color=ENGINES[engine], label=name if i == 0 else None, **slower)
+            ax.annotate(f"{time:.2f}", (place, time + noise[engine][i]), (0, 2), ha="center", **_LABEL)
     ax.set_xticks(range(len(names)), names)
     ax.set_ylabel("time on one core (µs)")
     ax.margins(y=0.12)
+    _legend(ax)
     ax.spines[["top", "right"]].set_visible(False)
 
 
@@ -72,12 +70,12 @@ def draw_lines(ax: Axes, lines: dict[str, Any]) -> None:
     ax.set_xlabel("part of a call on one core (%)")
 
 
-def draw_first(ax: Axes, uses: dict[str, Any]) -> None:
+def draw_first(ax: Axes, first: dict[str, dict[str, float]]) -> None:
     """Seconds of the first use, by stage."""
-    rows = [one["first"] for one in uses.values()]
-    _bars(ax, list(uses), rows)
+    rows = list(first.values())
+    _bars(ax, list(first), rows)
     for i, row in enumerate(rows):
-        ax.annotate(f"{sum(row.values()):.1f} s", (sum(row.values()), i), (3, 0), va="center_baseline", **_LABEL)
+        ax.annotate(f"{sum(row.values()):.2f} s", (sum(row.values()), i), (3, 0), va="center_baseline", **_LABEL)
     ax.margins(x=0.1)
     ax.set_xlim(left=0)
     ax.set_xlabel("first use in a new process (s)")
@@ -94,15 +92,15 @@ def _bars(ax: Axes, names: list[str], rows: list[dict[str, float]]) -> None:
     ax.set_yticks(range(len(names)), names)
     ax.set_ylim(len(names) - 0.4, -0.6)
     ax.tick_params(axis="y", length=0)
-    room = {
-        "handlelength": 1.0,
-        "handletextpad": 0.4,
-        "columnspacing": 1.0,
-        "borderaxespad": 0.2,
-        "fontsize": SMALLEST_TEXT,
-    }
-    ax.legend(ncols=len(stages), loc="lower left", bbox_to_anchor=(0, 1), frameon=False, **room)
+    _legend(ax)
     ax.spines[["top", "right"]].set_visible(False)
+
+
+def _legend(ax: Axes) -> None:
+    """A legend in one row above the panel."""
+    room: dict[str, Any] = {"handlelength": 1.0, "handletextpad": 0.4, "columnspacing": 1.0, "borderaxespad": 0.2}
+    look: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0, 1), "frameon": False, "fontsize": SMALLEST_TEXT}
+    ax.legend(ncols=len(_STAGES), **look, **room)
 
 
 def _in_words(seconds: float) -> str:

@@ -82,7 +82,7 @@ def measured(
             work = case.profile if method == METHODS[0] else case.histogram
             began = time.perf_counter()
             answers[i] = work(*size)
-            # The first round compiles.
+            # The first round loads.
             seconds[turn, i] = time.perf_counter() - began if turn else math.inf
     found = []
     for (method, size), least, answer in zip(settings, seconds.min(axis=0), answers, strict=True):

@@ -124,7 +124,7 @@ def unexamined(problem: Problem, sky: np.ndarray, patience: float) -> list[dict[
     for engine in ENGINES:
         beams, seconds = _timed(problem, sky, engine)
         if seconds > patience:
-            # Not those of compiling the programs.
+            # Not those of loading.
             beams, seconds = _timed(problem, sky, engine)
         row = {"group": problem.group, "problem": problem.name, "engine": engine, **status_counts(beams)}
         row |= against_truth(beams, {}) | {"microseconds": 1e6 * seconds / len(sky), "faults": []}

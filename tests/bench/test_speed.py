@@ -1,4 +1,4 @@
-"""Times of the main functions. Run with `make bench`: one core, after compilation."""
+"""Times of the main functions. Run with `make bench`: one core, after a first call."""
 
 import os
 import subprocess
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import kerrcaustics as kc
-from kerrcaustics.beams.closed_form.formula import LEAST_K
+from kerrcaustics.beams.ray_state import LEAST_K
 from kerrcaustics.curves.critical_curves import forget
 from kerrcaustics.spacetime.frame import photon_of
 

@@ -9,7 +9,7 @@ library, over viewers and surfaces (`api.ANALYSIS.VIEWER.SURFACE`). Each answer 
 result as the library saves it, or the message of a refusal. `index.json` says for each how many requests reached the
 engines, with how many rays and beams, and how many seconds of all cores it took. Nothing found for one entry serves
 another, so the order does not matter. PATTERN is one of the shell, as "api.*.far.*"; what is recorded later goes into
-the same folder. A full record takes about five minutes of one core, once the programs are compiled.
+the same folder. A full record takes some minutes of one core.
 
 `compare` reads the files without the package. It compares numbers and texts by the names of their fields; names of
 classes do not count. For each entry it says "equal to the bit", or for each field the largest difference, also in units

@@ -21,10 +21,8 @@ from tests.golden.entries import FILES, entries, save
 # The one function through which all requests reach the engines. What it returns has a `status` for each ray.
 COUNTED = "kerrcaustics.beams.trace", "_traced"
 BEAMS = "Beams"
-# Threads that make programs beside what goes on: what they trace is nobody's answer.
-BESIDE = "warm-up"
-# What these keep are programs, and no answers.
-NOT_FORGOTTEN = {"kerrcaustics.beams.compile_cache", "kerrcaustics.beams.warm_up"}
+# What this room keeps is no answer.
+KERNELS = "kerrcaustics.beams.kernels"
 
 
 @contextmanager
@@ -35,10 +33,9 @@ def counting() -> Iterator[dict[str, int]]:
 
     def counted(*arguments: Any, **options: Any) -> Any:
         result = original(*arguments, **options)
-        if not threading.current_thread().name.startswith(BESIDE):
-            with lock:
-                counts["requests"] += 1
-                counts["beams" if type(result).__name__ == BEAMS else "rays"] += np.size(result.status)
+        with lock:
+            counts["requests"] += 1
+            counts["beams" if type(result).__name__ == BEAMS else "rays"] += np.size(result.status)
         return result
 
     setattr(module, name, counted)
@@ -49,9 +46,9 @@ def counting() -> Iterator[dict[str, int]]:
 
 
 def forget() -> None:
-    """Forget all that the package keeps between calls but its programs."""
+    """Forget all that the package keeps between calls but its kernels."""
     for name, module in list(sys.modules.items()):
-        if name.split(".")[0] == "kerrcaustics" and name not in NOT_FORGOTTEN:
+        if name.split(".")[0] == "kerrcaustics" and not name.startswith(KERNELS):
             for value in list(vars(module).values()):
                 if hasattr(value, "cache_clear"):
                     value.cache_clear()

@@ -22,10 +22,10 @@ from kerrcaustics.beams.closed_form.radial_motion import (
     travel,
 )
 from kerrcaustics.beams.closed_form.weierstrass import inverse_radius
-from kerrcaustics.beams.surface import Aim
+from kerrcaustics.beams.ray_state import Aim
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Flags, Reals
-from kerrcaustics.spacetime.frame import Frame, Photon
+from kerrcaustics.spacetime.frame import Frame, Photon, potential_coefficients
 
 # Steps from Weierstrass' function to round-off, and the distance in time, relative to that from the outer roots and to
 # the Mino time of an oscillation, that they may leave to the last one.
@@ -61,7 +61,7 @@ def after(frame: Frame, photon: Photon, quartic: radial.Quartic, time: Reals, ai
     """The motion over a given Mino time."""
     spin = frame.spin
     roots, start = start_of(frame, photon, quartic)
-    coefficients = radial.potential_coefficients(spin, photon)
+    coefficients = potential_coefficients(spin, photon)
     near, certified = _refined(spin, *jax.lax.stop_gradient((photon, coefficients, roots, start, time)))
     near_u, y = point = _on_curve(roots, near)
     whole = _timed(frame, radial_leg.integrals(spin, roots, start, _place(spin, roots, point), with_time=with_time))
@@ -94,7 +94,7 @@ def _timed(frame: Frame, way: RadialIntegrals) -> RadialIntegrals:
 
 def growth(frame: Frame, photon: Photon, time: Reals) -> Reals:
     """The change of u at the end by that of its rate at the camera, in arcs of unit slope."""
-    coefficients = radial.potential_coefficients(frame.spin, photon)
+    coefficients = potential_coefficients(frame.spin, photon)
     u, w = photon.position[0], photon.rate[0]
 
     def varied(rate: Reals) -> Reals:

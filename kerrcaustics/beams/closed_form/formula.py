@@ -9,8 +9,7 @@ first variation of all but the time in two directions of the camera sky (variati
 and the sign of det J.
 
 This holds for k = q + b^2 >= LEAST_K. Escaping rays below that leave close to the outward principal null direction:
-they are short, and have formulas of their own for r, theta and phi (small_k.py), compiled apart, and varied by forward
-differentiation.
+they are short, and have formulas of their own for r, theta and phi (small_k.py), varied by forward differentiation.
 
 All functions work elementwise on JAX arrays of one shape, one entry a ray.
 """
@@ -26,19 +25,17 @@ from kerrcaustics.beams import certainty, errors
 from kerrcaustics.beams.closed_form import finite_end, round_off, small_k, variation
 from kerrcaustics.beams.closed_form.polar_motion import Polar, Swing, polar_motion, polar_swing, time_to_plane
 from kerrcaustics.beams.closed_form.radial_motion import Travel, radial_motion
-from kerrcaustics.beams.compile_cache import apart
-from kerrcaustics.beams.ends import CelestialSphere, EquatorialPlane, Sphere, Spherical
-from kerrcaustics.beams.geometry import dot, length
-from kerrcaustics.beams.ray_end import RayEnd, Wanted, stacked, status_of
-from kerrcaustics.beams.surface import Aim, Arriving, End, Jacobian, Row
+from kerrcaustics.beams.geometry import length
+from kerrcaustics.beams.ray_end import RayEnd, Wanted
+from kerrcaustics.beams.ray_state import LEAST_K, MOST_K, Aim, Arriving, Jacobian, Row
+from kerrcaustics.beams.traced_ends import Spherical, TracedEnd, TracedPlane, TracedSky, TracedSphere
+from kerrcaustics.beams.traced_results import stacked, status_of
+from kerrcaustics.beams.vectors import dot
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
-from kerrcaustics.spacetime.frame import Frame, Photon, photon_of
+from kerrcaustics.spacetime.frame import Frame, Photon, frequency_ratio, photon_of
 from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
 
-# The parameter of the polar elliptic functions is then at most 1/3, and there are no vortical rays. Escaping rays of
-# smaller k start outward, meet no turning point and no conjugate point, and take a Mino time of 1.2 at most.
-LEAST_K = 2.0
 # The polar phase is known to 1e-14; conjugate points that lie at a multiple of pi (a = 0) must not be counted twice.
 _PHASE_MARGIN = 1e-9
 
@@ -73,7 +70,9 @@ class _Values(NamedTuple):
 Ray = tuple[tuple[Components, Reals], _Values]
 
 
-def trace(frame: Frame, sky: Components, end: End, wanted: Wanted, *, on_equator: bool, short: bool = False) -> Ends:
+def trace(
+    frame: Frame, sky: Components, end: TracedEnd, wanted: Wanted, *, on_equator: bool, short: bool = False
+) -> Ends:
     """Rays, or beams, from camera-sky directions to their end.
 
     Parameters: sky, three arrays N_x, N_y, N_z; end, that of the rays; wanted, the quantities beside n';
@@ -88,7 +87,7 @@ def trace(frame: Frame, sky: Components, end: End, wanted: Wanted, *, on_equator
 
     if not wanted.beams:
         (direction, radius), values = ray(*sky)
-        return _ray_end(frame, end, direction, radius, values, values.spread, wanted)
+        return _ray_end(frame, sky, end, direction, radius, values, values.spread, wanted)
     if short:
         (direction, radius), vary, values = jax.linearize(ray, *sky, has_aux=True)
         angles, in_radius = _forward(sky, direction, vary)
@@ -96,11 +95,10 @@ def trace(frame: Frame, sky: Components, end: End, wanted: Wanted, *, on_equator
         (direction, radius), values = ray(*sky)
         assert values.quartic is not None
         way = variation.Way(values.quartic, values.travel, values.polar, direction, radius)
-        columns = apart(variation.columns, "on_equator")
-        angles, in_radius = columns(frame, sky, values.photon, way, end, on_equator=on_equator)
+        angles, in_radius = variation.columns(frame, sky, values.photon, way, end, on_equator=on_equator)
     jacobian = end.jacobian(angles, radius, in_radius)
     spread = end.spread(length([entry for row in jacobian for entry in row]), radius)
-    ends = _ray_end(frame, end, direction, radius, values, spread + end.motion(values.at), wanted)
+    ends = _ray_end(frame, sky, end, direction, radius, values, spread + end.motion(values.at), wanted)
     return _with_beam(ends, end, jacobian, spread, values, wanted)
 
 
@@ -113,7 +111,14 @@ def _forward(sky: Components, direction: Components, vary: Any) -> tuple[Jacobia
 
 
 def _ray_end(
-    frame: Frame, end: End, direction: Components, radius: Reals, values: _Values, spread: Reals, wanted: Wanted
+    frame: Frame,
+    sky: Components,
+    end: TracedEnd,
+    direction: Components,
+    radius: Reals,
+    values: _Values,
+    spread: Reals,
+    wanted: Wanted,
 ) -> Ends:
     hidden = jnp.where(values.lost, jnp.nan, 0.0)
     rounded = round_off.ROUNDING * spread * (1 + round_off.PER_PHASE * values.polar.phase)
@@ -141,6 +146,7 @@ def _ray_end(
         error=error,
         noise=values.noise,
         closed_form=certified,
+        redshift=frequency_ratio(frame, sky, values.photon.energy_ratio) + hidden,
         radius=radius + hidden if end.finite else None,
         outward=values.travel.rate < jnp.zeros_like(radius) if end.finite else None,
         time=time,
@@ -151,7 +157,9 @@ def _ray_end(
     )
 
 
-def _with_beam(ends: RayEnd[Any], end: End, jacobian: Jacobian, spread: Reals, values: _Values, wanted: Wanted) -> Ends:
+def _with_beam(
+    ends: RayEnd[Any], end: TracedEnd, jacobian: Jacobian, spread: Reals, values: _Values, wanted: Wanted
+) -> Ends:
     hidden = jnp.where(values.lost, jnp.nan, 0.0)
     determinant = jacobian[0][0] * jacobian[1][1] - jacobian[0][1] * jacobian[1][0]
     own, far = values.jacobian_noise
@@ -179,13 +187,14 @@ def _morse_index(phase: Reals, determinant: Reals) -> Reals:
     return turns + (odd != (determinant < 0))
 
 
-def _ray(frame: Frame, sky: Components, end: End, wanted: Wanted, *, on_equator: bool) -> Ray:
+def _ray(frame: Frame, sky: Components, end: TracedEnd, wanted: Wanted, *, on_equator: bool) -> Ray:
     photon = photon_of(frame, sky)
-    quartic = apart(radial.factor)(frame, photon)
-    swing = apart(polar_swing, "on_equator")(frame, photon, on_equator=on_equator)
-    travel, aim = apart(_travelled, "with_time")(frame, photon, quartic, swing, end, with_time=wanted.time)
-    options = {"on_equator": on_equator, "with_time": wanted.time, "varied": wanted.beams}
-    polar = apart(polar_motion, *options)(frame, photon, swing, travel.time, **options)
+    quartic = radial.factor(frame, photon)
+    swing = polar_swing(frame, photon, on_equator=on_equator)
+    travel, aim = _travelled(frame, photon, quartic, swing, end, with_time=wanted.time)
+    polar = polar_motion(
+        frame, photon, swing, travel.time, on_equator=on_equator, with_time=wanted.time, varied=wanted.beams
+    )
     direction, azimuth = _turned(travel, polar)
     direction = end.direction(direction)
     at = _arriving(photon, travel)
@@ -216,15 +225,15 @@ def _ray(frame: Frame, sky: Components, end: End, wanted: Wanted, *, on_equator:
 
 
 def _travelled(
-    frame: Frame, photon: Photon, quartic: radial.Quartic, swing: Swing, end: End, *, with_time: bool
+    frame: Frame, photon: Photon, quartic: radial.Quartic, swing: Swing, end: TracedEnd, *, with_time: bool
 ) -> tuple[Travel, Aim | None]:
     """The radial motion to the end, and the aim there: None at infinity, as the motion holds the captured rays."""
-    if isinstance(end, CelestialSphere):
+    if isinstance(end, TracedSky):
         return radial_motion(frame, photon, quartic, with_time=with_time), None
     aim = end.aim(frame, *jax.lax.stop_gradient((photon, quartic)))
-    if isinstance(end, Sphere):
+    if isinstance(end, TracedSphere):
         return finite_end.to_sphere(frame, photon, quartic, end.radius, aim, with_time=with_time), aim
-    if isinstance(end, EquatorialPlane):
+    if isinstance(end, TracedPlane):
         # A time within the length of every ray, for rays that do not reach the plane.
         brief = 0.01 / (frame.radius * jnp.sqrt(photon.k + 3))
         time = jnp.where(aim.lost, brief, time_to_plane(frame, swing, end.crossing))
@@ -249,7 +258,7 @@ def _short_ray(frame: Frame, sky: Components, end: Spherical, *, with_time: bool
         lost=travel.captured,
         # Short rays are far from the shadow edge.
         certain=jnp.ones_like(travel.captured),
-        certified=(photon.rate[0] < 0) & (photon.k < small_k.MOST_K) & jnp.isfinite(length(direction)),
+        certified=(photon.rate[0] < 0) & (photon.k < MOST_K) & jnp.isfinite(length(direction)),
         spread=round_off.spread_of_small_k(frame, sky, photon, travel.time),
         noise=noise,
         jacobian_noise=(9 * noise, 0.0 * noise),

@@ -11,8 +11,8 @@ import jax.numpy as jnp
 from kerrcaustics.beams import errors
 from kerrcaustics.beams.closed_form import finite_end, small_k
 from kerrcaustics.beams.closed_form.radial_motion import Travel
-from kerrcaustics.beams.ends import Spherical
-from kerrcaustics.beams.surface import Aim, Arriving, End
+from kerrcaustics.beams.ray_state import Aim, Arriving
+from kerrcaustics.beams.traced_ends import Spherical, TracedEnd
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Reals
 from kerrcaustics.spacetime.frame import Frame, Photon, doppler
@@ -46,7 +46,7 @@ def at_finite_end(
     sky: Components,
     photon: Photon,
     quartic: radial.Quartic,
-    end: End,
+    end: TracedEnd,
     travel: Travel,
     aim: Aim,
     at: Arriving,

@@ -35,14 +35,12 @@ import numpy as np
 
 from kerrcaustics.beams.closed_form.polar_motion import Polar
 from kerrcaustics.beams.closed_form.radial_motion import RadialIntegrals, Travel
-from kerrcaustics.beams.ends import Spherical
+from kerrcaustics.beams.traced_ends import Spherical
 from kerrcaustics.spacetime import elliptic, radial
 from kerrcaustics.spacetime.arrays import Flags, Reals
 from kerrcaustics.spacetime.cubic import largest_root
-from kerrcaustics.spacetime.frame import Frame, Photon
+from kerrcaustics.spacetime.frame import Frame, Photon, potential_coefficients
 
-# A little beyond LEAST_K of formula.py, so that no ray falls between the two.
-MOST_K = 2.001
 # The series of S is exact to round-off for a Mino time of 1.2 after so many halvings.
 _HALVINGS = 5
 # The arguments of the integrals do not differ much.
@@ -132,7 +130,7 @@ def _outlying_root(spin: Reals, photon: Photon) -> tuple[Reals, Reals]:
 
     It varies smoothly.
     """
-    a2, a1, a0 = radial.potential_coefficients(spin, photon)
+    a2, a1, a0 = potential_coefficients(spin, photon)
     third = (a0 + a2**2 / 12) / 12
     half = (a0 * a2 / 6 - a1**2 / 16 - a2**3 / 216) / 8
 
@@ -153,7 +151,7 @@ def _to_infinity(
 ) -> RadialIntegrals:
     """The integrals from a place to infinity; arguments of Carlson's integrals are 4 (wp - e)."""
     (e, slope), (r, _, rate), kappa = cubic, place, photon.kappa
-    a2 = radial.potential_coefficients(spin, photon)[0]
+    a2 = potential_coefficients(spin, photon)[0]
     weight = 2 * (r * r + rate)
     x = weight + a2 / 3 - 4 * e
     root = jnp.sqrt(x)

@@ -33,9 +33,8 @@ import jax.numpy as jnp
 
 from kerrcaustics.beams.closed_form.polar_motion import Polar, PolarRates
 from kerrcaustics.beams.closed_form.radial_motion import RadialRoots, Travel, start_of
-from kerrcaustics.beams.compile_cache import apart
-from kerrcaustics.beams.ends import EquatorialPlane
-from kerrcaustics.beams.surface import End, Jacobian, Row
+from kerrcaustics.beams.ray_state import Jacobian, Row
+from kerrcaustics.beams.traced_ends import TracedEnd
 from kerrcaustics.spacetime import elliptic, radial
 from kerrcaustics.spacetime.arrays import Components, Reals
 from kerrcaustics.spacetime.frame import Frame, Photon, photon_of
@@ -95,15 +94,15 @@ class _Course(NamedTuple):
 
 
 def columns(
-    frame: Frame, sky: Components, photon: Photon, way: Way, end: End, *, on_equator: bool
+    frame: Frame, sky: Components, photon: Photon, way: Way, end: TracedEnd, *, on_equator: bool
 ) -> tuple[Jacobian, Row]:
     """The changes of the angles (theta', phi'), rows, and of the radius of the end with N along both tangents there."""
-    slopes = apart(_time_slopes)(frame, photon, way, end)
+    slopes = _time_slopes(frame, photon, way, end)
     course = _course(way)
     changes = []
     for change in _changes(frame, sky):
         swung, along, across = _swung(frame, photon, course, change, on_equator=on_equator)
-        late = -swung if isinstance(end, EquatorialPlane) else None
+        late = -swung if end.in_plane else None
         late, turned, in_radius = _travelled(frame, photon, way, slopes, change, late)
         theta = (swung + late) * course.v_theta + along
         phi = late * course.v_phi + across + course.sine * turned
@@ -139,7 +138,7 @@ def _changes(frame: Frame, sky: Components) -> list[_Change]:
     return changes
 
 
-def _time_slopes(frame: Frame, photon: Photon, way: Way, end: End) -> _TimeSlopes:
+def _time_slopes(frame: Frame, photon: Photon, way: Way, end: TracedEnd) -> _TimeSlopes:
     """The slopes, by the chain rule from those of R_F, and by the factors of R from those by its roots."""
     roots, start = start_of(frame, photon, way.quartic)
 

@@ -10,8 +10,9 @@ so that the clock is Y, beside u, and a quadrature Q of the rest, which takes th
 
 import jax.numpy as jnp
 
-from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity
-from kerrcaustics.beams.integrator.nystroem import Path, Positions, Rates
+from kerrcaustics.beams.integrator.equations import polar_rapidity
+from kerrcaustics.beams.integrator.nystroem import Positions, Rates
+from kerrcaustics.beams.ray_state import Constants, Path
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Flags, Reals
 

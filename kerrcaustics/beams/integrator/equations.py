@@ -1,22 +1,10 @@
 """The equations of a ray and of its first variation in Mino time; see integrated.py for the variables."""
 
-from typing import NamedTuple
-
 import jax.numpy as jnp
 
-from kerrcaustics.beams.integrator.nystroem import Path
+from kerrcaustics.beams.ray_state import Constants, Path
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Reals
-
-
-class Constants(NamedTuple):
-    """Constants along a ray: U = 1 + a2 u^2 + a1 u^3 + a0 u^4, k = q + b^2, and b."""
-
-    a2: Reals
-    a1: Reals
-    a0: Reals
-    k: Reals
-    b: Reals
 
 
 def radial_pull(constants: Constants, u: Reals) -> Reals:

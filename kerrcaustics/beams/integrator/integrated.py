@@ -19,22 +19,19 @@ import jax.numpy as jnp
 
 from kerrcaustics.beams.geometry import first_azimuth
 from kerrcaustics.beams.integrator import clock
-from kerrcaustics.beams.integrator.equations import Constants, polar_rapidity, rapidity, rates_with_variation
+from kerrcaustics.beams.integrator.equations import polar_rapidity, rapidity, rates_with_variation
 from kerrcaustics.beams.integrator.journey import Journey, Progress, beam_area, remaining, step
 from kerrcaustics.beams.integrator.landing import land
-from kerrcaustics.beams.integrator.nystroem import Path
 from kerrcaustics.beams.ray_end import RayEnd, Wanted
-from kerrcaustics.beams.surface import Aim, End
+from kerrcaustics.beams.ray_state import DENSEST, Aim, Constants, Path
+from kerrcaustics.beams.traced_ends import TracedEnd
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
-from kerrcaustics.spacetime.frame import Frame, Photon, photon_of
+from kerrcaustics.spacetime.frame import Frame, Photon, frequency_ratio, photon_of, potential_coefficients
 from kerrcaustics.spacetime.sphere import tangent_basis
 
-# Steps per radian of arc that bring the local error down to round-off.
-DENSEST = 3.6
 
-
-def survey(frame: Frame, sky: Components, end: End) -> Reals:
+def survey(frame: Frame, sky: Components, end: TracedEnd) -> Reals:
     """An estimate of the work of each ray, without integrating; 0 for those that do not reach their end."""
     constants, path, photon = start(frame, sky)
     aim = aim_at(end, frame, photon)
@@ -42,8 +39,14 @@ def survey(frame: Frame, sky: Components, end: End) -> Reals:
     return jnp.where(aim.lost, 0, work)
 
 
+def prospects(frame: Frame, sky: Components, end: TracedEnd) -> tuple[Flags, Flags, Flags]:
+    """Flags of rays that do not reach their end, that fall in when followed on, and for which both are certain."""
+    aim = aim_at(end, frame, photon_of(frame, sky))
+    return aim.lost, aim.captured, aim.certain
+
+
 def trace(
-    frame: Frame, sky: Components, refinement: Reals, tolerance: Reals, end: End, wanted: Wanted
+    frame: Frame, sky: Components, refinement: Reals, tolerance: Reals, end: TracedEnd, wanted: Wanted
 ) -> RayEnd[Reals | Flags]:
     """Rays, or beams, followed from camera-sky directions to their end (infinity is u = 0 exactly).
 
@@ -64,7 +67,8 @@ def trace(
     journey = Journey(frame.spin, end, constants, aim, idle, arrival, density, rates)
     first = _departure(journey, paths, first_azimuth(frame, ray.rate), wanted)
     last = jax.lax.while_loop(lambda now: jnp.any(remaining(journey, now) != 0), partial(step, journey), first)
-    return land(frame, journey, paths, last, beams=wanted.beams)
+    ratio = frequency_ratio(frame, sky, photon.energy_ratio)
+    return land(frame, journey, paths, last, ratio, beams=wanted.beams)
 
 
 def _departure(journey: Journey, paths: tuple[Path, ...], azimuth: Reals, wanted: Wanted) -> Progress:
@@ -88,11 +92,11 @@ def _departure(journey: Journey, paths: tuple[Path, ...], azimuth: Reals, wanted
 def start(frame: Frame, sky: Components) -> tuple[Constants, Path, Photon]:
     """The constants of rays, and the rays and photons at the camera."""
     photon = photon_of(frame, sky)
-    a2, a1, a0 = radial.potential_coefficients(frame.spin, photon)
+    a2, a1, a0 = potential_coefficients(frame.spin, photon)
     return Constants(a2, a1, a0, photon.k, photon.b), Path(photon.position, photon.rate, 0 * photon.b), photon
 
 
-def aim_at(end: End, frame: Frame, photon: Photon) -> Aim:
+def aim_at(end: TracedEnd, frame: Frame, photon: Photon) -> Aim:
     """The aims of rays."""
     return end.aim(frame, photon, radial.factor(frame, photon))
 

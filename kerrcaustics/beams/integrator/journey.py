@@ -6,9 +6,10 @@ import jax.numpy as jnp
 
 from kerrcaustics.beams.geometry import area, azimuth_step, changed_sign, length
 from kerrcaustics.beams.integrator import clock
-from kerrcaustics.beams.integrator.equations import Constants, horizon_rapidity, polar_rapidity, rapidity, ray_rates
-from kerrcaustics.beams.integrator.nystroem import Path, Rates, nystroem_step
-from kerrcaustics.beams.surface import Aim, End
+from kerrcaustics.beams.integrator.equations import horizon_rapidity, polar_rapidity, rapidity, ray_rates
+from kerrcaustics.beams.integrator.nystroem import Rates, nystroem_step
+from kerrcaustics.beams.ray_state import Aim, Constants, Path
+from kerrcaustics.beams.traced_ends import TracedEnd
 from kerrcaustics.spacetime.arrays import Flags, Reals
 
 MAX_STEPS = 3000
@@ -25,7 +26,7 @@ class Journey(NamedTuple):
     """Numbers that steer the steps: the end, the time of arrival (0 for idle rays), steps per radian, the equations."""
 
     spin: Reals
-    end: End
+    end: TracedEnd
     constants: Constants
     aim: Aim
     idle: Flags
@@ -114,7 +115,7 @@ def beam_area(journey: Journey, paths: tuple[Path, ...]) -> Reals:
     return area(ray_rates(journey.spin, journey.constants, paths[0].position)[1], paths[:3])
 
 
-def local_error(constants: Constants, gap: Path, end: End | None = None, aim: Aim | None = None) -> Reals:
+def local_error(constants: Constants, gap: Path, end: TracedEnd | None = None, aim: Aim | None = None) -> Reals:
     """The error of n', radians, by the gap between the orders; an end weighs the components that fix the arrival."""
     speed = polar_rapidity(constants)
     in_u = jnp.abs(gap.position[0]) + jnp.abs(gap.rate[0]) / speed

@@ -8,13 +8,15 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 
 from kerrcaustics.beams import certainty, errors
-from kerrcaustics.beams.geometry import azimuth_step, dot, length, turned
+from kerrcaustics.beams.geometry import azimuth_step, length
 from kerrcaustics.beams.integrator import clock
 from kerrcaustics.beams.integrator.equations import polar_rapidity
 from kerrcaustics.beams.integrator.journey import MAX_STEPS, Journey, Progress
-from kerrcaustics.beams.integrator.nystroem import Path, Rates
-from kerrcaustics.beams.ray_end import RayEnd, stacked, status_of
-from kerrcaustics.beams.surface import Arriving, Jacobian
+from kerrcaustics.beams.integrator.nystroem import Rates
+from kerrcaustics.beams.ray_end import RayEnd
+from kerrcaustics.beams.ray_state import Arriving, Jacobian, Path
+from kerrcaustics.beams.traced_results import stacked, status_of
+from kerrcaustics.beams.vectors import dot, turned
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.frame import Frame
@@ -54,9 +56,9 @@ class _Touch(NamedTuple):
 
 
 def land(
-    frame: Frame, journey: Journey, started: tuple[Path, ...], last: Progress, *, beams: bool
+    frame: Frame, journey: Journey, started: tuple[Path, ...], last: Progress, ratio: Reals, *, beams: bool
 ) -> RayEnd[Reals | Flags]:
-    """The end of each ray, or beam, from the paths at the camera and shortly before the end."""
+    """The end of each ray, or beam, from the paths at the camera and shortly before the end, and the redshift."""
     touch = _touch_down(journey, last)
     ray, end = touch.paths[0], journey.end
     jacobian = _jacobian(journey, touch)
@@ -75,6 +77,7 @@ def land(
         error=error + hidden,
         noise=doubt.noise,
         closed_form=jnp.zeros_like(lost),
+        redshift=ratio + hidden,
         radius=end.radius_at(ray.position[0]) + hidden if end.finite else None,
         outward=ray.rate[0] < 0 if end.finite else None,
         index=last.conjugate_points,

@@ -1,7 +1,7 @@
 """A step of the Runge-Kutta-Nystroem pair 12(10) for several second-order paths and a first-order angle each."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -9,19 +9,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from kerrcaustics.beams.integrator import tableau
+from kerrcaustics.beams.ray_state import Path
 from kerrcaustics.spacetime.arrays import Reals
-
-
-class Path(NamedTuple):
-    """A point of a path, or of its variation: position (several components), its rate, and an angle psi.
-
-    The position obeys a second-order equation, psi a first-order one; neither right-hand side holds the rate.
-    """
-
-    position: tuple[Reals, ...]
-    rate: tuple[Reals, ...]
-    psi: Reals
-
 
 Positions = list[tuple[Reals, ...]]
 Rates = Callable[[Positions], tuple[Positions, list[Reals]]]

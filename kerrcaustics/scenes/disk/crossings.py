@@ -12,7 +12,6 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.beam import Rays, Status
 from kerrcaustics.beams.ends import EquatorialPlane
@@ -21,6 +20,7 @@ from kerrcaustics.scenes.coons_patches import doubt
 from kerrcaustics.scenes.footprint import pixel_matrix
 from kerrcaustics.scenes.quadtree import Division, Level, Squares, fill, find, joined, merged
 from kerrcaustics.scenes.raster import Raster
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.frame import photon_of, redshift as sky_redshift
 from kerrcaustics.spacetime.viewer import Viewer
 

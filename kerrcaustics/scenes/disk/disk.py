@@ -4,12 +4,12 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal, cast, get_args
 
 import numpy as np
-from jaxtyping import Float
 
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
 from kerrcaustics.scenes.disk.texture import AlphaOpacity, Texture
 from kerrcaustics.scenes.scene_checks import check_above_horizon, check_brightness, check_number, check_rims, positive
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import flags, one_of, quoted, real_array
 from kerrcaustics.spacetime.kerr import isco
 from kerrcaustics.spacetime.viewer import Viewer

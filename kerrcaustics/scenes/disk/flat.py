@@ -1,7 +1,6 @@
 """The same picture without the hole: straight rays in flat space, to show beside what `render` makes."""
 
 import numpy as np
-from jaxtyping import Float
 
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.scenes.disk.disk import Disk, disk_about
@@ -11,6 +10,7 @@ from kerrcaustics.scenes.points import PointLights, drawn
 from kerrcaustics.scenes.raster import check_picture
 from kerrcaustics.scenes.sky_light import Sky
 from kerrcaustics.scenes.view import View
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.camera import Camera, check_camera
 from kerrcaustics.spacetime.sphere import from_angles, polar_basis
 

@@ -11,7 +11,6 @@ from itertools import repeat
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.emitters import EMITTERS, redshift
 from kerrcaustics.beams.trace import cores
@@ -21,6 +20,7 @@ from kerrcaustics.scenes.disk.disk import OPPOSITE, Disk, is_prograde, orbital
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.disk.veil import Veil
 from kerrcaustics.scenes.quadtree import in_chunks
+from kerrcaustics.shapes import Bool, Float, Int
 
 Array = np.ndarray
 

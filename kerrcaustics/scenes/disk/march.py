@@ -9,14 +9,13 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from kerrcaustics.scenes.colour import seen_black_body
 from kerrcaustics.scenes.disk.orbiting_spots import Flock, RayPart
 from kerrcaustics.scenes.disk.volume import Volume
+from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.frame import photon_of, redshift as sky_redshift
-from kerrcaustics.spacetime.radial import potential_coefficients
+from kerrcaustics.spacetime.frame import photon_of, potential_coefficients, redshift as sky_redshift
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray

@@ -8,20 +8,21 @@ spot, in which it is round, the ray is straight.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
-from scipy.spatial import KDTree
-from scipy.special import ndtr
 
 from kerrcaustics.orbits.spherical_orbits import SphericalOrbits, spherical_constants
 from kerrcaustics.scenes.colour import ResponseLike, check_response
 from kerrcaustics.scenes.disk.spots import FADES
 from kerrcaustics.scenes.scene_checks import check_number, not_negative, positive
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import numbers, one_of
+
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
 
 Array = np.ndarray
 
@@ -219,6 +220,8 @@ class Flock:
         part_at: places of rays with some numbers at parts, 0 to 1, of the step; width (n,) of a pixel's beam.
         """
         size = np.hypot(self.size, np.minimum(width / math.sqrt(12), _WIDEST * self.size))
+        from scipy.special import ndtr
+
         middle = part_at(np.arange(len(h)), np.full(len(h), 0.5))
         speed = np.hypot(middle.u_rate / middle.u, np.linalg.norm(middle.rate, axis=1)) / middle.u
         fastest = _FASTEST / math.sqrt(float(self.orbits.radius.min()))
@@ -265,9 +268,11 @@ class Flock:
             spots += [np.asarray(some, int) for some in near if some]
         return np.concatenate(rays), np.concatenate(spots)
 
-    def _tree(self, number: int) -> KDTree:
+    def _tree(self, number: int) -> "KDTree":
         """The spots in space in the middle of a window of time."""
         if number not in self._trees:
+            from scipy.spatial import KDTree
+
             late = (number + 0.5) * _BETWEEN if self.delay else 0.0
             self._trees[number] = KDTree(self.orbits.at(self.moment + late).vector * self.orbits.radius[:, None])
         return self._trees[number]

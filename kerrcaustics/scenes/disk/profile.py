@@ -5,7 +5,6 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.emitters import EMITTERS
@@ -17,6 +16,7 @@ from kerrcaustics.scenes.disk.disk import MOTIONS
 from kerrcaustics.scenes.disk.lighting import covered_part
 from kerrcaustics.scenes.disk.ring_images import ring_images
 from kerrcaustics.scenes.scene_checks import check_number
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted, real_array, whole_number
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer

@@ -9,13 +9,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
 
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.lens_map.lens_map import LensMap
 from kerrcaustics.lens_map.plane_map import PlaneMap
 from kerrcaustics.lens_map.search_sky import TOLERANCE, magnified
 from kerrcaustics.lens_map.sky_lines import Lines
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.frame import sky_from_fido
 from kerrcaustics.spacetime.sphere import tangent_basis
 from kerrcaustics.spacetime.viewer import Viewer

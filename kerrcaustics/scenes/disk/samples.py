@@ -4,7 +4,8 @@ from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from jaxtyping import Float, Int
+
+from kerrcaustics.shapes import Float, Int
 
 Array = np.ndarray
 

@@ -6,12 +6,11 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
-from scipy.special import ndtr
 
 from kerrcaustics.scenes.colour import ResponseLike, check_response, seen_black_body
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.scene_checks import check_number, not_negative, positive
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted
 
 Array = np.ndarray
@@ -180,6 +179,8 @@ class Spots:
         self, samples: DiskSamples, place: Array, spot: Array, orbital: Array, sizes: tuple[Array, Array]
     ) -> Float[Array, " pairs"]:
         """Light (pairs,) at places of spots, in units of a spot's peak."""
+        from scipy.special import ndtr
+
         across, along = sizes
         radius = samples.radius[place]
         turn = samples.azimuth[place] - self.azimuth[spot] - orbital * samples.time[place]
@@ -204,6 +205,8 @@ def quadratic_streak(behind: Float[Array, " pairs"], way: Float[Array, " pairs"]
     With y = behind + way s it is an integral of a square times a Gaussian; where the way is short, it is taken at
     Gauss's places, as its closed form is a difference of large numbers there.
     """
+    from scipy.special import ndtr
+
     places, weights = np.polynomial.legendre.leggauss(8)
     s, weights = (1 + places) / 2, weights / 2
     near = np.exp(-((behind[:, None] + way[:, None] * s) ** 2) / 2) @ (3 * (1 - s) ** 2 * weights)

@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Float32, Int
 from numpy.typing import ArrayLike
 
 from kerrcaustics.scenes.colour import shifted_light
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.light_files import read_picture_with_alpha, size_of
 from kerrcaustics.scenes.scene_checks import check_light
+from kerrcaustics.shapes import Float, Float32, Int
 from kerrcaustics.spacetime.checks import flags, real_array
 
 Array = np.ndarray

@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
 
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.orbiting_spots import OrbitingSpots
 from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
+from kerrcaustics.shapes import Float, Int
 
 Array = np.ndarray
 

@@ -5,7 +5,6 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.results.declared import same
@@ -17,6 +16,7 @@ from kerrcaustics.scenes.disk.orbiting_spots import OrbitingSpots
 from kerrcaustics.scenes.disk.volume import Volume
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_light import Shifts
+from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import instance_of
 from kerrcaustics.spacetime.viewer import Viewer

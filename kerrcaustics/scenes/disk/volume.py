@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from kerrcaustics.scenes.colour import ResponseLike, check_response
@@ -20,6 +19,7 @@ from kerrcaustics.scenes.scene_checks import (
     not_negative,
     positive,
 )
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import numbers, quoted, real_array
 from kerrcaustics.spacetime.kerr import horizon_product
 

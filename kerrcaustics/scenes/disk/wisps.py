@@ -4,13 +4,13 @@ import math
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
 
 from kerrcaustics.scenes.colour import ResponseLike, black_body, shifted_light
 from kerrcaustics.scenes.disk.emission import BlackBody
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.disk.texture import Texture, bilinear
 from kerrcaustics.scenes.scene_checks import check_number
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.checks import quoted, real_number, whole_number
 
 Array = np.ndarray

@@ -3,10 +3,10 @@
 import math
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from kerrcaustics.images.search import ImageSearch, SkyImages
 from kerrcaustics.lens_map.newton import find_roots
+from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.tracks.level_curves.branches import Branches
 
 Array = np.ndarray

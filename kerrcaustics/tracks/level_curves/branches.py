@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
 
 from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.images.search import search
@@ -20,6 +19,7 @@ from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.lens_map.search_sky import TOLERANCE, as_seen
 from kerrcaustics.lens_map.sky_chart import Chart, apart
 from kerrcaustics.results.progress import report
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.frame import Frame
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import angle_between, flattened

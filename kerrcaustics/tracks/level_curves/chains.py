@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
 
 from kerrcaustics.lens_map.lens_map import SeenLight
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.tracks.level_curves.branches import Branches
 
 Array = np.ndarray

@@ -4,9 +4,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
 from kerrcaustics.beams.ends import End
+from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle, polar_basis
 
 Array = np.ndarray

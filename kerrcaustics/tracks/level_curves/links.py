@@ -6,10 +6,10 @@ Images at neighbouring longitudes are linked by their rates; those that are left
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
-from scipy.optimize import linear_sum_assignment
 
 from kerrcaustics.lens_map.sky_chart import Chart, apart
+from kerrcaustics.numerics.matching import best_matches
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.tracks.level_curves.path_events import PathEvents
 
@@ -172,7 +172,7 @@ class Linker:
         cost[np.ix_(image_left, image_right)] = plain
         fits = cost < np.where(image_left[:, None] & image_right, _BOUNDARY_DOUBT, _EVENT_DOUBT)
         rows: list[_Row] = []
-        chosen = linear_sum_assignment(cost)
+        chosen = best_matches(cost)
         for i, j in zip(*chosen, strict=True):
             a, b = int(lefts[i]), int(rights[j])
             beside_event = not (image_left[i] and image_right[j])

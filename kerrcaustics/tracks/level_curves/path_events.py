@@ -9,15 +9,15 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
 from numpy.polynomial import chebyshev
-from scipy.interpolate import CubicSpline
-from scipy.optimize import elementwise
 
 from kerrcaustics.curves.critical_curves import CriticalCurve, CriticalCurves, between
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.images.search import on_rings, ring_remark
 from kerrcaustics.images.sheets import Sheets
+from kerrcaustics.numerics.roots import bracketed_roots
+from kerrcaustics.numerics.splines import Spline
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.tracks.level_curves.circle import Circle
 
 Array = np.ndarray
@@ -178,8 +178,8 @@ def _roots(curves: CriticalCurves, wide: dict[int, Points], circle: Circle) -> t
     lost &= start < end
     if lost.any():
         bracket = (start[lost], end[lost])
-        root = elementwise.find_root(height, bracket, args=(orders[lost],), tolerances={"xatol": 1e-15, "xrtol": 4e-16})
-        edge_phase[lost] = np.asarray(root.x)
+        root = bracketed_roots(height, bracket, (orders[lost],), absolute=1e-15, relative=4e-16)
+        edge_phase[lost] = root.x
     return orders, edge_phase
 
 
@@ -204,8 +204,8 @@ def _brackets(order: int, points: Points, circle: Circle) -> tuple[_Orders, _Ang
     return np.full(within.sum(), order), points.edge_phase[i[within]], points.edge_phase[j[within]]
 
 
-def _heights(points: Points, circle: Circle) -> CubicSpline:
-    return CubicSpline(points.edge_phase, circle.height(points.direction))
+def _heights(points: Points, circle: Circle) -> Spline:
+    return Spline(points.edge_phase, circle.height(points.direction))
 
 
 def _guessed(wide: dict[int, Points], order: _Orders, low: _Angles, high: _Angles, circle: Circle) -> _Angles:
@@ -214,8 +214,8 @@ def _guessed(wide: dict[int, Points], order: _Orders, low: _Angles, high: _Angle
     for k in np.unique(order).tolist():
         here = (order == k) & (low < high)
         if here.any():
-            root = elementwise.find_root(_heights(wide[k], circle), (low[here], high[here]))
-            edge_phase[here] = np.where(root.success, root.x, edge_phase[here])
+            root = bracketed_roots(_heights(wide[k], circle), (low[here], high[here]))
+            edge_phase[here] = np.where(root.found, root.x, edge_phase[here])
     return edge_phase
 
 
@@ -224,7 +224,7 @@ def _polished(curves: CriticalCurves, wide: dict[int, Points], order: _Orders, e
     depth = np.empty(len(edge_phase))
     for k in np.unique(order).tolist():
         here = order == k
-        depth[here] = CubicSpline(wide[k].edge_phase, wide[k].depth)(edge_phase[here])
+        depth[here] = Spline(wide[k].edge_phase, wide[k].depth)(edge_phase[here])
     return curves.search().polished(edge_phase, order, depth)
 
 
@@ -242,7 +242,7 @@ def _longitude_error(wide: dict[int, Points], order: _Orders, points: Points, ci
         around, edge_phase = wide[order[i]], points.edge_phase[i]
         east = circle.upward_and_east(points.direction[i])[1]
         # Second derivative of the longitude where the caustic stands still.
-        a = float(CubicSpline(around.edge_phase, around.direction @ east)(edge_phase, 2)) / sine[i] / 2
+        a = float(Spline(around.edge_phase, around.direction @ east)(edge_phase, 2)) / sine[i] / 2
         b = float(_heights(around, circle)(edge_phase, 3)) / 6
         s = up[i] / (right[i] * sine[i]) * a / (1.5 * b) if b else np.inf
         at_cusp[i], aside[i] = abs(b * s**3) < _CUSP_ERRORS * points.error[i], abs(a * s**2)

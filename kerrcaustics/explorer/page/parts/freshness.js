@@ -49,10 +49,7 @@ function badgeOf(freshness, counts, certified, { lost, seconds, dragging }) {
 // A line about work that takes a while.
 function workLine(progress, seconds) {
   if (!progress) return `Computing … ${Math.floor(seconds)} s`;
-  const line = `${capital(progress.stage)} … ${Math.floor(progress.seconds)} s`;
-  if (!progress.compiling) return line;
-  const programs = progress.compiling === 1 ? "A program is" : `${progress.compiling} programs are`;
-  return `${line}. ${programs} being compiled for the first use: a minute or so, once on this computer.`;
+  return `${capital(progress.stage)} … ${Math.floor(progress.seconds)} s`;
 }
 
 const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);

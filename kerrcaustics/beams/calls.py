@@ -1,0 +1,85 @@
+"""Calls of the engines: one kernel for each request, or a GPU for many rays."""
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from kerrcaustics.beams import accelerator
+from kerrcaustics.beams.ends import End, Sphere, Spherical
+from kerrcaustics.beams.kernels.library import kernel
+from kerrcaustics.beams.kernels.trees import leaves
+from kerrcaustics.beams.ray_end import RayEnd, Wanted
+from kerrcaustics.beams.spheres import Spheres
+from kerrcaustics.spacetime.viewer import Viewer
+
+
+def closed_form(
+    camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, *, short: bool = False
+) -> RayEnd[np.ndarray]:
+    """The closed form of rays; short: by the formulas for small k. Beams have their index and crossings."""
+    if accelerator.on_accelerator(len(sky)):
+        return accelerator.closed_form(camera, sky, end, wanted, short=short)
+    name = f"{'short_' if short else ''}{_request(wanted)}{'_equator' if camera.on_equator and not short else ''}"
+    return _called(name, camera, [sky], end)
+
+
+def prospects(camera: Viewer, sky: np.ndarray, end: End) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Flags of rays that do not reach their end, that fall in when followed on, and for which both are certain."""
+    if accelerator.on_accelerator(len(sky)):
+        return accelerator.prospects(camera, sky, end)
+    return _called("prospects", camera, [sky], end)
+
+
+def work(camera: Viewer, sky: np.ndarray, end: End) -> np.ndarray:
+    """An estimate of the work of the integrator on each ray."""
+    if accelerator.on_accelerator(len(sky)):
+        return accelerator.work(camera, sky, end)
+    return _called("survey", camera, [sky], end)
+
+
+def integrate(
+    camera: Viewer, sky: np.ndarray, refinement: np.ndarray, tolerance: float, end: End, wanted: Wanted
+) -> RayEnd[np.ndarray]:
+    """Rays integrated once, each with its steps shorter by its refinement; neighbours should be of similar work."""
+    if accelerator.on_accelerator(len(sky)):
+        return accelerator.integrate(camera, sky, refinement, tolerance, end, wanted)
+    # Rays follow their beams there, for their errors: one kernel serves both.
+    name = f"integrated_{_request(replace(wanted, beams=True))}"
+    return _called(name, camera, [sky, refinement], end, tolerance).only(wanted)
+
+
+def deep_ends(
+    camera: Viewer, sky: np.ndarray, d: np.ndarray, end: Spherical, second_arrival: np.ndarray
+) -> tuple[np.ndarray, ...]:
+    """The values of closed_form/deep_rays.py for rays of d, at their first or at their second arrivals."""
+    there = Spheres(np.full(len(sky), end.radius), second_arrival) if isinstance(end, Sphere) else end
+    return _called(f"deep{'_equator' if camera.on_equator else ''}", camera, [sky, d], there)
+
+
+def depth(camera: Viewer, sky: np.ndarray) -> np.ndarray:
+    """The d of rays, the square of half the distance of the outer roots of R."""
+    return kernel("depth").on_rays(_numbers(camera), [sky])
+
+
+def _request(wanted: Wanted) -> str:
+    """The quantities beside n' in the name of a kernel."""
+    return f"{'beams' if wanted.beams else 'rays'}{'_time' if wanted.time else ''}"
+
+
+def _called(name: str, camera: Viewer, columns: list[np.ndarray], end: End, *numbers: float) -> Any:
+    """The value of a kernel of rays to an end."""
+    if isinstance(end, Sphere):
+        count = len(columns[0])
+        columns = [*columns, *(np.broadcast_to(part, count).astype(float) for part in end.numbers())]
+        numbers_of_end = ()
+    else:
+        numbers_of_end = end.numbers()
+    return kernel(f"{name}_{end.kernel}").on_rays((*_numbers(camera), *numbers, *numbers_of_end), columns)
+
+
+@lru_cache(maxsize=64)
+def _numbers(camera: Viewer) -> tuple[float, ...]:
+    """The numbers of the camera's frame."""
+    return tuple(map(float, leaves(camera.frame())))

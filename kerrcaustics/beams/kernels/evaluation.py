@@ -1,0 +1,105 @@
+"""Graphs evaluated without a compiler, in an arithmetic of one's own."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kerrcaustics.beams.kernels.arithmetic import ELEMENTARY, ROUNDED_ONCE
+from kerrcaustics.beams.kernels.graph import live
+from kerrcaustics.beams.kernels.loops import Loop, loops_of
+from kerrcaustics.beams.kernels.lowering import Lowered
+
+
+@dataclass(frozen=True)
+class Arithmetic:
+    """Numbers and what can be done with them.
+
+    operations: functions by the names of operations of a graph; number: a constant, as a number of this kind; any: True
+    if one of some flags holds.
+    """
+
+    operations: Mapping[str, Callable[..., Any]]
+    number: Callable[[float | bool], Any]
+    any: Callable[[Any], bool]
+
+
+DOUBLES = Arithmetic({**ROUNDED_ONCE, **ELEMENTARY}, np.asarray, np.any)
+"""Doubles, or arrays of them with one for each ray."""
+
+
+def evaluated(
+    function: Lowered, parameters: Sequence[Any], columns: Sequence[Any], arithmetic: Arithmetic = DOUBLES
+) -> list[Any]:
+    """The outputs of a function.
+
+    Parameters
+    ----------
+    function : Lowered
+        The function.
+    parameters, columns : sequence
+        Numbers of the call, and of the ray, in this arithmetic.
+    arithmetic : Arithmetic
+        The arithmetic.
+    """
+    if (len(parameters), len(columns)) != (function.parameters, function.columns):
+        raise ValueError(
+            f"The function takes {function.parameters} parameters and {function.columns} columns, "
+            f"but got {len(parameters)} and {len(columns)}."
+        )
+    run = _Run(function, {"param": parameters, "in": columns}, arithmetic)
+    with np.errstate(all="ignore"):
+        return run.outputs()
+
+
+class _Run:
+    """The values of nodes, one after the other."""
+
+    def __init__(self, function: Lowered, inputs: dict[str, Sequence[Any]], arithmetic: Arithmetic) -> None:
+        self._graph, self._roots, self._inputs, self._arithmetic = function.graph, function.roots, inputs, arithmetic
+        nodes = live(self._graph, self._roots)
+        self._loops = loops_of(self._graph, nodes)
+        inside = {node for loop in self._loops.values() for node in loop.body}
+        self._outside = [node for node in nodes if node not in inside]
+        self._values: dict[int, Any] = {}
+        self._left: dict[int, list[Any]] = {}
+
+    def outputs(self) -> list[Any]:
+        self._evaluate(self._outside)
+        return [self._values[root] for root in self._roots]
+
+    def _evaluate(self, nodes: Iterable[int]) -> None:
+        for node in nodes:
+            if self._graph.nodes[node].operation != "carry":
+                self._values[node] = self._value(node)
+
+    def _value(self, node: int) -> Any:
+        operation, arguments, attribute = self._graph.nodes[node]
+        if operation == "const":
+            value = self._graph.value(node)
+            assert value is not None
+            return self._arithmetic.number(value)
+        if operation in self._inputs:
+            return self._inputs[operation][attribute]
+        if operation == "loopout":
+            number, place, _ = attribute
+            if number not in self._left:
+                self._left[number] = self._run(self._loops[number])
+            return self._left[number][place]
+        return self._arithmetic.operations[operation](*(self._values[a] for a in arguments))
+
+    def _run(self, loop: Loop) -> list[Any]:
+        """The numbers that a loop leaves."""
+        select, carried = self._arithmetic.operations["select"], [self._values[n] for n in loop.before]
+        while True:
+            values = zip(loop.carried, carried, strict=True)
+            self._values.update({node: value for node, value in values if node is not None})
+            self._evaluate(loop.condition)
+            goes_on = self._values[loop.goes_on]
+            if not self._arithmetic.any(goes_on):
+                return carried
+            self._evaluate(loop.turn)
+            carried = [
+                select(goes_on, self._values[after], before) for after, before in zip(loop.after, carried, strict=True)
+            ]

@@ -1,0 +1,143 @@
+"""Cubic splines through points of a curve or a grid, in NumPy.
+
+The slopes at the nodes follow from the steps by a tridiagonal system, in which each unknown outweighs its neighbours by
+a factor of two. Every round of cyclic reduction squares that factor, so that a few rounds solve it to the last digit.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from kerrcaustics.shapes import Float
+
+Array = np.ndarray
+
+# Neighbours count for nothing below this part of the unknown itself.
+_NOTHING = 1e-18
+# Derivatives of the powers of a cubic, by order: their factors, highest power first.
+_FACTORS = {0: (1, 1, 1, 1), 1: (3, 2, 1), 2: (6, 2), 3: (6,)}
+
+
+class Spline:
+    """Cubic spline through values at nodes, with two continuous derivatives.
+
+    At the ends the third derivative is continuous too, from the first piece to the second and from the last but one to
+    the last; or the spline is periodic, and repeats beyond its ends. Others go on beyond them as their last pieces.
+    """
+
+    def __init__(self, nodes: Float[Array, " n"], values: Float[Array, " n *axes"], *, periodic: bool = False) -> None:
+        """Rising nodes, two or more; of a periodic spline the last value is the first."""
+        self.x, self.periodic = np.asarray(nodes, float), periodic
+        values = np.asarray(values, float)
+        width = _as_column(np.diff(self.x), values)
+        rate, slope = np.diff(values, axis=0) / width, slopes(self.x, values, periodic=periodic)
+        bend = (slope[:-1] + slope[1:] - 2 * rate) / width
+        self._powers = bend / width, (rate - slope[:-1]) / width - bend, slope[:-1], values[:-1]
+
+    def __call__(self, at: Float[Array, "*batch"] | float, derivative: int = 0) -> Float[Array, "..."]:
+        """Values at places (*batch, *axes), or derivatives there of an order of 1 to 3."""
+        place = np.ravel(at).astype(float)
+        if self.periodic:
+            place = self.x[0] + (place - self.x[0]) % (self.x[-1] - self.x[0])
+        piece = _pieces(self.x, place)
+        ahead, total = _as_column(place - self.x[piece], self._powers[0]), np.zeros(())
+        for factor, power in zip(_FACTORS[derivative], self._powers, strict=False):
+            total = total * ahead + factor * power[piece]
+        return total.reshape(np.shape(at) + total.shape[1:])
+
+
+class SplineSurface:
+    """Map between the nodes of a grid, a cubic spline along both its axes, good between the nodes alone."""
+
+    def __init__(self, nodes: Sequence[Float[Array, " _"]], values: Float[Array, "n m axes"]) -> None:
+        """Rising nodes along the first axis and the second, two or more of each."""
+        self._nodes = nodes
+        across = np.swapaxes(slopes(nodes[1], np.swapaxes(values, 0, 1)), 0, 1)
+        # At each node the value and its derivatives across, along, and in both directions.
+        parts = np.stack([values, across, slopes(nodes[0], values), slopes(nodes[0], across)], axis=2)
+        self._corners = parts.reshape(*values.shape[:2], 2, 2, values.shape[2])
+
+    def __call__(self, at: Float[Array, "places 2"], derivative: tuple[int, int] = (0, 0)) -> Float[Array, "places 3"]:
+        """Values at places, or first derivatives there along the axes for which 1 is given."""
+        pieces = [_pieces(nodes, place) for nodes, place in zip(self._nodes, at.T, strict=True)]
+        along, across = (
+            _hermite(nodes[piece], nodes[piece + 1], place, order)
+            for nodes, piece, place, order in zip(self._nodes, pieces, at.T, derivative, strict=True)
+        )
+        ends = np.arange(2)
+        corners = self._corners[pieces[0][:, None, None] + ends[:, None], pieces[1][:, None, None] + ends]
+        return np.einsum("nik,nika->na", along, np.einsum("njl,nijkla->nika", across, corners))
+
+
+def slopes(
+    nodes: Float[Array, " n"], values: Float[Array, " n *axes"], *, periodic: bool = False
+) -> Float[Array, " n *axes"]:
+    """Slopes of a spline at its nodes; through two or three points it is a line or a parabola."""
+    if len(nodes) < 4 and not periodic:
+        return np.gradient(values, nodes, axis=0, edge_order=1 if len(nodes) < 3 else 2)
+    width = np.diff(nodes)
+    rate = np.diff(values, axis=0) / _as_column(width, values)
+    if periodic:
+        slope = _solved(*_inner(np.roll(width, 1), width, np.roll(rate, 1, axis=0), rate))
+        return np.concatenate([slope, slope[:1]])
+    low, middle, high, right = _inner(width[:-1], width[1:], rate[:-1], rate[1:])
+    first, last = _end(width[0], width[1], rate[0], rate[1]), _end(width[-1], width[-2], rate[-1], rate[-2])
+    # The slopes at the ends are sums of two terms, one of which is the slope beside them.
+    for place, neighbour, (known, share) in ((0, low, first), (-1, high, last)):
+        right[place] -= neighbour[place] * known
+        middle[place] -= neighbour[place] * share
+        neighbour[place] = 0
+    slope = _solved(low, middle, high, right)
+    return np.concatenate([[first[0] - first[1] * slope[0]], slope, [last[0] - last[1] * slope[-1]]])
+
+
+def _inner(before: Array, after: Array, rate_before: Array, rate_after: Array) -> tuple[Array, Array, Array, Array]:
+    """Rows of the system, by which the second derivative is continuous: factors of three slopes, and the right side."""
+    right = 3 * (_as_column(after, rate_after) * rate_before + _as_column(before, rate_after) * rate_after)
+    return after.copy(), 2 * (before + after), before.copy(), right
+
+
+def _end(width: float, beside: float, rate: Any, rate_beside: Any) -> tuple[Any, float]:
+    """The slope at an end is the first less the second times that beside it: the third derivative is continuous."""
+    whole = width + beside
+    known = ((2 * whole + width) * beside * rate + width**2 * rate_beside) / (whole * beside)
+    return known, whole / beside
+
+
+def _solved(low: Array, middle: Array, high: Array, right: Array) -> Array:
+    """Solution of a tridiagonal system that goes on around its ends unless their outer factors are 0."""
+    step = 1
+    while np.any(np.abs(low) + np.abs(high) > _NOTHING * np.abs(middle)):
+        before, after = -low / np.roll(middle, step), -high / np.roll(middle, -step)
+        middle = middle + before * np.roll(high, step) + after * np.roll(low, -step)
+        right = (
+            right
+            + _as_column(before, right) * np.roll(right, step, axis=0)
+            + _as_column(after, right) * np.roll(right, -step, axis=0)
+        )
+        low, high, step = before * np.roll(low, step), after * np.roll(high, -step), 2 * step
+    return right / _as_column(middle, right)
+
+
+def _pieces(nodes: Array, at: Array) -> Array:
+    """Number of the piece that each place lies on, or is nearest to."""
+    return np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, len(nodes) - 2)
+
+
+def _hermite(low: Array, high: Array, at: Array, derivative: int) -> Array:
+    """Weights of the value and of the slope at both ends of a piece: (places, end, value or slope)."""
+    width = high - low
+    t = (at - low) / width
+    if derivative:
+        rising, first, second = 6 * t * (1 - t) / width, (1 - t) * (1 - 3 * t), t * (3 * t - 2)
+        weights = [[-rising, first], [rising, second]]
+    else:
+        rising = t**2 * (3 - 2 * t)
+        weights = [[1 - rising, t * (1 - t) ** 2 * width], [rising, -(t**2) * (1 - t) * width]]
+    return np.moveaxis(np.array(weights), -1, 0)
+
+
+def _as_column(numbers: Array, values: Array) -> Array:
+    """Numbers along the first axis of values, to be multiplied with these."""
+    return numbers.reshape(-1, *[1] * (values.ndim - 1))
