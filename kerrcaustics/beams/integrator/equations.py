@@ -29,7 +29,7 @@ def rates_with_variation(
 ) -> tuple[list[tuple[Reals, ...]], list[Reals]]:
     """`ray_rates`, followed by their derivatives along each variation (of the constants, of the position).
 
-    Written out because XLA compiles it in half the time of the automatic derivative; the tests compare the two.
+    Written out, as it shares most of its operations with the rates; the tests compare it with the automatic derivative.
     """
     a2, a1, a0, k, b = constants
     u, x, y, z = position
