@@ -6,8 +6,9 @@ from random_rays import random_camera, random_sky
 
 import kerrcaustics as kc
 from kerrcaustics.beams.kernels.library import kernel
+from kerrcaustics.beams.kernels.programs import graph_of
 from kerrcaustics.beams.kernels.trees import leaves
-from studies.truth.rounding import graph_of, long_results
+from studies.truth.rounding import long_results
 
 # What the two results of one formula may differ by, relative to the reported errors: all of them.
 MOST = 1.0
@@ -17,7 +18,7 @@ def assert_errors_hold(name, camera, sky, *, numbers=(), columns=()):
     """Rays of a kernel within their errors of those in long arithmetic, and the flags of those that are certain."""
     given = [*(float(number) for number in leaves(camera.frame())), *numbers]
     rays = np.column_stack([sky, *columns])
-    ours, exact = kernel(name).on_rays(given, [sky, *columns]), long_results(graph_of(name), given, rays)
+    ours, exact = kernel(name).on_rays(given, [sky, *columns]), long_results(graph_of(name)[0], given, rays)
     sure = ours.status_certain.astype(bool)
     assert np.array_equal(ours.status[sure], exact.status[sure])
     used = np.flatnonzero(ours.closed_form & np.isfinite(ours.error) & sure)

@@ -12,8 +12,7 @@ import numpy as np
 from mpmath import mp, mpf
 
 from kerrcaustics.beams.kernels.evaluation import Arithmetic, evaluated
-from kerrcaustics.beams.kernels.lowering import Lowered, lowered
-from kerrcaustics.beams.kernels.programs import Number, programs
+from kerrcaustics.beams.kernels.lowering import Lowered
 
 DIGITS = 60
 
@@ -106,13 +105,6 @@ def long_outputs(
     """All outputs of one ray, to so many digits but for those that cancel."""
     with mp.workdps(digits):
         return evaluated(function, [*map(mpf, parameters)], [*map(mpf, ray)], LONG)
-
-
-def graph_of(kernel: str) -> Lowered:
-    """The graph of a kernel by its name."""
-    function, arguments = programs()[kernel]
-    by_ray = [number is not Number.OF_CALL for number in jax.tree.leaves(arguments)]
-    return lowered(function, jax.tree.map(lambda number: number.value, arguments), by_ray)
 
 
 def long_results(function: Lowered, parameters: Sequence[float], rays: np.ndarray) -> Any:

@@ -45,7 +45,7 @@ _ROOMS = ("kerrcaustics.beams.", "kerrcaustics.spacetime.")
 _KEPT = ROOM.parents[2] / "build" / "kernels"
 
 
-class Level(NamedTuple):
+class InstructionSet(NamedTuple):
     """An instruction set: rays side by side, fewer in loops, as long as their slowest; its names for compilers."""
 
     lanes: int
@@ -55,10 +55,10 @@ class Level(NamedTuple):
 
 
 LEVELS = {
-    "x86-64-v2": Level(2, 2, "x86_64_v2", "x86-64-v2"),
-    "x86-64-v3": Level(8, 4, "x86_64_v3", "x86-64-v3"),
-    "x86-64-v4": Level(8, 8, "x86_64_v4", "x86-64-v4"),
-    "aarch64": Level(2, 2, "generic", "armv8-a"),
+    "x86-64-v2": InstructionSet(2, 2, "x86_64_v2", "x86-64-v2"),
+    "x86-64-v3": InstructionSet(8, 4, "x86_64_v3", "x86-64-v3"),
+    "x86-64-v4": InstructionSet(8, 8, "x86_64_v4", "x86-64-v4"),
+    "aarch64": InstructionSet(2, 2, "generic", "armv8-a"),
 }
 
 
@@ -98,13 +98,17 @@ def wheel_platform(name: str | None = None) -> str:
 
 def levels_for(name: str) -> tuple[str, ...]:
     """All instruction sets of a platform."""
-    of_intel = name.startswith("x86_64")
-    return tuple(level for level in LEVELS if level.startswith("x86") == of_intel)
+    return tuple(level for level in LEVELS if level.startswith("x86") == _is_chosen_at_run_time(name))
+
+
+def _is_chosen_at_run_time(name: str) -> bool:
+    """True for platforms with several instruction sets, among which a library that knows the processor chooses."""
+    return name.startswith("x86_64")
 
 
 def file_names(name: str, levels: Sequence[str]) -> list[str]:
     """The files that are built."""
-    libraries = [PROCESSOR, *levels] if name.startswith("x86_64") else levels
+    libraries = [PROCESSOR, *levels] if _is_chosen_at_run_time(name) else levels
     return [CATALOGUE, *(library_name(level, PLATFORMS[name].system) for level in libraries)]
 
 
@@ -112,7 +116,7 @@ def build_native(folder: Path = OBJECTS) -> None:
     """The kernels of this machine, at the best instruction set of its processor."""
     name = platform_here()
     levels = levels_for(name)
-    if PROCESSOR in "".join(file_names(name, levels)):
+    if _is_chosen_at_run_time(name):
         folder.mkdir(parents=True, exist_ok=True)
         _build_processor(folder, name)
         levels = levels[: ctypes.CDLL(str(folder / library_name(PROCESSOR))).kernel_level() - 1][-1:]
@@ -146,7 +150,7 @@ def build_all(
     made_of = digest(sources)
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    if PROCESSOR in "".join(file_names(name, levels)):
+    if _is_chosen_at_run_time(name):
         _build_processor(folder, name)
     workers = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     with ProcessPoolExecutor(min(8, workers), multiprocessing.get_context("spawn")) as pool:
@@ -206,13 +210,10 @@ def source_of(program: str) -> tuple[str, dict[str, Any], bool]:
 
     from kerrcaustics.beams.kernels.divisions import with_merged_divisions
     from kerrcaustics.beams.kernels.emission import emitted
-    from kerrcaustics.beams.kernels.lowering import lowered
-    from kerrcaustics.beams.kernels.programs import Number, programs
+    from kerrcaustics.beams.kernels.programs import graph_of
 
-    function, arguments = programs()[program]
-    numbers = jax.tree.leaves(arguments)
-    by_ray = [number is not Number.OF_CALL for number in numbers]
-    made = with_merged_divisions(lowered(function, jax.tree.map(lambda number: number.value, arguments), by_ray))
+    graph, by_ray = graph_of(program)
+    made = with_merged_divisions(graph)
     kinds = {output.leaf: output.kind for output in made.outputs}
     outputs = [[kinds[leaf], list(shape.shape)] for leaf, shape in enumerate(made.shapes)]
     tree = described(jax.tree.unflatten(made.tree, made.shapes), iter(range(len(outputs))))

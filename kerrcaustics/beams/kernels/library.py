@@ -32,7 +32,7 @@ _CHOSEN = "KERRCAUSTICS_LEVEL"
 _DTYPES = {"f": np.dtype(float), "b": np.dtype(bool), "i": np.dtype(np.int8)}
 
 
-class _Output(NamedTuple):
+class _Leaf(NamedTuple):
     """A leaf of a result: its kind, the shape of one ray, its place among the numbers of its width."""
 
     kind: str
@@ -55,7 +55,7 @@ class Kernel:
         self._outputs, totals = [], {8: 0, 1: 0}
         for kind, shape in about["outputs"]:
             size, width = int(np.prod(shape)), _DTYPES[kind].itemsize
-            self._outputs.append(_Output(kind, tuple(shape), size, totals[width]))
+            self._outputs.append(_Leaf(kind, tuple(shape), size, totals[width]))
             totals[width] += size
         self._totals = totals
         # Of each component of the outputs: bytes for each ray before it, and of its own; its stride; True for reals.

@@ -6,9 +6,12 @@ from functools import partial
 from itertools import product
 from typing import Any, NamedTuple
 
+import jax
+
 from kerrcaustics.beams import bundle_formulas
 from kerrcaustics.beams.closed_form import deep_rays, formula
 from kerrcaustics.beams.integrator import integrated
+from kerrcaustics.beams.kernels.lowering import Lowered, lowered
 from kerrcaustics.beams.ray_end import Wanted
 from kerrcaustics.beams.ray_state import Aim, Bundle, BundleState, Constants, Path
 from kerrcaustics.beams.traced_ends import PLACES
@@ -55,6 +58,13 @@ _PHOTON = Photon(*_FOUR, _FOUR, _FOUR, _ONE)
 def programs() -> dict[str, Program]:
     """All kernels by their names."""
     return {**_of_closed_form(), **_of_short_rays(), **_of_integrator(), **_of_deep_rays(), **_of_paths()}
+
+
+def graph_of(program: str) -> tuple[Lowered, list[bool]]:
+    """The graph of a kernel by its name, and for each leaf of its arguments True if each ray has its own."""
+    function, arguments = programs()[program]
+    by_ray = [number is not Number.OF_CALL for number in jax.tree.leaves(arguments)]
+    return lowered(function, jax.tree.map(lambda number: number.value, arguments), by_ray), by_ray
 
 
 def _named(base: str, **chosen: bool) -> str:

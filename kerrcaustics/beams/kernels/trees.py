@@ -28,11 +28,6 @@ def mapped(function: Callable[..., Any], tree: Any, *others: Any) -> Any:
     return _again(tree, [mapped(function, *column) for column in zip(parts, *rest, strict=True)])
 
 
-def filled(tree: Any, values: Iterator[Any]) -> Any:
-    """A tree of the same shape with other leaves, taken in their order."""
-    return mapped(lambda _: next(values), tree)
-
-
 def _parts(tree: Any) -> list[Any] | None:
     """The branches of a tree; None for a leaf."""
     if isinstance(tree, tuple | list):
