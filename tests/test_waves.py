@@ -22,6 +22,7 @@ from kerrcaustics.waves.wave_images import wave_images
 from kerrcaustics.waves.wave_sources import WaveSource
 
 TWIN = STUDIES.module("truth.partial_waves")
+MODES = STUDIES.module("truth.separated_modes")
 CAMERA = kc.Camera(0.0, 10.0, math.pi / 2, "fiducial")
 SPINNING = kc.Camera(0.9, 10.0, 1.3, "fiducial")
 ROWS = json.loads((Path(__file__).parent / "data" / "waves_spin.json").read_text())["rows"]
@@ -141,6 +142,26 @@ def test_waves_of_spinning_holes_by_separated_modes(viewer):
             seen = kc.amplification(camera, row["source"], row["omega"], max_index=2, end=row["end"], method=method)
             off = abs(seen.value[0] - complex(*row["field"]))
             assert off <= seen.error[0] + row["tail"], (row, method)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("viewer", [VIEWERS[i] for i in (0, 1, 8, 9, 10)])
+def test_separated_modes_give_the_fields_of_the_table(viewer):
+    rows = [row for row in ROWS if (row["spin"], row["radius"], row["inclination"]) == viewer]
+    (spin, radius, inclination), (end, omega) = viewer, (rows[0]["end"], rows[0]["omega"])
+    places = np.array([row["source"] for row in rows])
+    values, rest = MODES.field(spin, omega, (radius, inclination), end, places)
+    assert values == pytest.approx([complex(*row["field"]) for row in rows], abs=1e-8)
+    assert (rest < 1e-10).all()
+
+
+def test_separated_modes_are_partial_waves_without_spin():
+    angles = np.array([0.3, 1.8, 3.1])
+    # Seen from the axis, angles from the viewer are those of places.
+    places = np.stack([angles, 0 * angles], axis=-1)
+    for radii in ((4.0, 30.0), (2.3, 4.0)):
+        values, _ = MODES.field(0.0, 0.5, (radii[0], 0.0), radii[1], places)
+        assert values == pytest.approx(TWIN.field_within(0.5, radii, angles), abs=1e-7)
 
 
 # Places on caustics, with the modulus of the field there by separated modes.
