@@ -52,6 +52,8 @@ ROOMS = {
 }
 # GB: when memory is given back, and what must not be kept then.
 MUCH, MOST = 3.0, 4.0
+# Tests of which a case has run.
+_SEEN = set()
 PACKAGE = Path(__file__).parents[1] / "kerrcaustics"
 WHOLE = {
     room: [name for path in (PACKAGE / room).iterdir() if (name := path.stem)[0] not in "._" and name not in but]
@@ -80,9 +82,11 @@ def memory_given_back():
 
 @pytest.fixture(autouse=True)
 def types_checked(request):
-    """In the fast tests, but for those with stand-ins: the slow ones would take twice as long."""
+    """In the first case of each fast test, but for those with stand-ins: others would take up to twice as long."""
     unchecked = any(request.node.get_closest_marker(name) for name in ("slow", "stand_ins"))
-    jaxtyping.config.update("jaxtyping_disable", unchecked)
+    test = request.node.path, request.node.originalname
+    jaxtyping.config.update("jaxtyping_disable", unchecked or test in _SEEN)
+    _SEEN.add(test)
 
 
 @pytest.fixture(autouse=True)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from marks import few
 
 import kerrcaustics as kc
 from kerrcaustics.curves import features
@@ -277,7 +278,7 @@ def test_caustics_of_slow_holes_are_astroids_or_unresolved(spin, inclination_deg
         assert len(curve.cusps) == (4 if curve.kind == "astroid" else 0)
 
 
-@pytest.mark.parametrize("inclination", [1e-5, 1e-4, 1e-2])
+@pytest.mark.parametrize("inclination", few((1e-5, 1e-4, 1e-2), (1e-4,)))
 def test_azimuths_close_to_the_axis_have_an_honest_error(inclination):
     camera = kc.Camera(0.9, 6.0, inclination)
     for loose, tight in zip(kc.caustics(camera, 3), kc.caustics(camera, 3, tolerance=2e-13), strict=True):

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from beam_gaps import columns_in_space
+from marks import few
 from random_rays import outside_edge, random_camera, random_sky
 
 from kerrcaustics.beams.beam import Beams, Rays
@@ -122,7 +123,7 @@ def extreme_sky(camera: Camera) -> np.ndarray:
 
 
 @pytest.mark.parametrize("spin", SPINS)
-@pytest.mark.parametrize("radius", [None, *(pytest.param(r, marks=pytest.mark.slow) for r in (1.01, 6.0, 1e3)), 1e9])
+@pytest.mark.parametrize("radius", few((None, 1.01, 6.0, 1e3, 1e9), (None,)))
 def test_extreme_cameras_give_finite_answers(spin, radius):
     """Cameras at the horizon, on the axis, very far away: no NaN, no false parity, no unexplained error."""
     horizon = kerr.horizon(spin)

@@ -119,6 +119,7 @@ def test_a_star_of_finite_size_has_images_with_shapes(page, address):
     assert page.evaluate("[explorer.state().size, explorer.light()]") == [0, None]
 
 
+@pytest.mark.slow
 def test_waves_of_a_star_are_a_layer(page, address):
     page.goto(f"{address}#spin=0.5&orders=2&theta=80&phi=170")
     settled(page)

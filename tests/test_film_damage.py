@@ -10,6 +10,7 @@ import pytest
 from command_line import run
 from filming import MovingBar
 from harming import HARM, hold_a_folder, restored
+from marks import few
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
@@ -71,7 +72,7 @@ def cropped(path, chance):
 PICTURE_HARM = {**HARM, "halved": halved, "cropped": cropped}
 
 
-@pytest.mark.parametrize("harm", PICTURE_HARM)
+@pytest.mark.parametrize("harm", few(PICTURE_HARM, ("truncated", "cropped", "flipped")))
 def test_a_damaged_frame_is_drawn_again(harm, path, kept, whole):
     """The first, one in the middle, and the last."""
     for number in (0, 2, DRAWN - 1):

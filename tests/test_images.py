@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from marks import few
 from scipy.interpolate import CubicSpline
 
 import kerrcaustics as kc
@@ -218,12 +219,12 @@ CAMERAS = [
     kc.Camera(0.0, 6.0),
     kc.Camera(0.7, 3.0, 0.0),
     kc.Camera(0.95, 4.0, math.radians(60)),
-    pytest.param(kc.Camera(0.999, 1.3), marks=pytest.mark.slow),
+    kc.Camera(0.999, 1.3),
     kc.Camera(0.9, 1000.0, math.radians(75)),
 ]
 
 
-@pytest.mark.parametrize("camera", CAMERAS, ids=str)
+@pytest.mark.parametrize("camera", few(CAMERAS, CAMERAS[::2][:2]), ids=str)
 def test_cameras_anywhere(camera):
     found = kc.image_counts(camera, angles(random_stars(100, 3)), max_index=2)
     assert found.certified.all()

@@ -1,13 +1,8 @@
 """The generator of kernels: functions of one ray as graphs, in doubles, in long arithmetic and as compiled C++."""
 
 import ctypes
-import importlib.util
 import math
-import shutil
-import subprocess
-import sys
 from functools import cache
-from pathlib import Path
 
 import jax
 import jax.numpy as jnp
@@ -15,7 +10,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-import kerrcaustics.beams.kernels
+from kerrcaustics.beams.kernels.build import build_library, levels_for, platform_here
 from kerrcaustics.beams.kernels.divisions import with_merged_divisions
 from kerrcaustics.beams.kernels.emission import emitted, literal
 from kerrcaustics.beams.kernels.evaluation import evaluated
@@ -301,16 +296,6 @@ def slots(arrays: list[np.ndarray]) -> ctypes.Array[Slot]:
     return (Slot * len(columns))(*columns)
 
 
-def compiler() -> list[str]:
-    """The command of a compiler of C++; the test is skipped if there is none."""
-    if importlib.util.find_spec("ziglang") is not None:
-        return [sys.executable, "-m", "ziglang", "c++", "-fno-sanitize=undefined"]
-    found = next(filter(None, map(shutil.which, ("c++", "g++", "clang++"))), None)
-    if found is None:
-        pytest.skip("There is no compiler of C++ here.")
-    return [found]
-
-
 @pytest.fixture(scope="module")
 def libraries(tmp_path_factory):
     """The kernels of all samples, with and without merged divisions, for one lane and for four."""
@@ -320,12 +305,10 @@ def libraries(tmp_path_factory):
         function = lowered_sample(name)
         texts += [emitted(function, name), emitted(with_merged_divisions(function), f"{name}_merged")]
     (folder / "samples.cc").write_text("\n".join(texts), encoding="utf-8")
-    include = Path(kerrcaustics.beams.kernels.__file__).parent
-    options = ["-std=c++17", "-O1", "-ffp-contract=off", "-fno-math-errno", "-shared", "-fPIC", "-w", f"-I{include}"]
+    platform = platform_here()
     files = {lanes: folder / f"lanes{lanes}.so" for lanes in LANES}
     for lanes, file in files.items():
-        command = [*compiler(), *options, f"-DW={lanes}", "-o", str(file), str(folder / "samples.cc")]
-        subprocess.run(command, check=True)
+        build_library(folder / "samples.cc", file, platform, levels_for(platform)[0], lanes)
     return {lanes: ctypes.CDLL(str(file)) for lanes, file in files.items()}
 
 

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from marks import few
 
 PACKAGE = Path(__file__).parents[1] / "kerrcaustics"
 STAGES = [
@@ -99,7 +100,7 @@ def test_start_is_light(start):
     assert loaded_by(STARTS[start], HEAVY) == []
 
 
-@pytest.mark.parametrize("command", AT_ONCE)
+@pytest.mark.parametrize("command", few(AT_ONCE, AT_ONCE[2:8:2]))
 def test_commands_that_trace_nothing_load_no_jax(command, tmp_path):
     bad = tmp_path / "bad.toml"
     bad.write_text("spin = ", encoding="utf-8")

@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from marks import few
 
 import kerrcaustics as kc
 from kerrcaustics.beams.emitters import EMITTERS
@@ -31,8 +32,8 @@ def test_circles_in_the_plane_repeat_with_their_period(spin, radius):
     assert error[-1] < 1e-11
 
 
-@pytest.mark.parametrize("heading", [0.0, 0.7, 2.0, -1.2, math.pi])
-@pytest.mark.parametrize("theta", [EQUATOR, 1.1, 2.4, 0.0, math.pi])
+@pytest.mark.parametrize("heading", few((0.0, 0.7, 2.0, -1.2, math.pi), (0.7, math.pi)))
+@pytest.mark.parametrize("theta", few((EQUATOR, 1.1, 2.4, 0.0, math.pi), (EQUATOR, 1.1, 0.0)))
 def test_circular_orbits_are_falls_that_keep_their_radius(theta, heading):
     """Where they are stable the integration, which is another way, goes with them."""
     spin, radius, begin = 0.9, 8.0, 2.0

@@ -194,6 +194,7 @@ def test_reference_and_commands_are_complete(site):
     assert len(names) > 10 and all(f'id="cyclopts-kerrcaustics-{name}"' in reported for name in names)
 
 
+@pytest.mark.slow
 def test_a_page_that_is_too_wide_is_noticed(tmp_path):
     needs_chromium()
     wide = "<div style='width: 1000px; height: 1px'></div>"

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from made_curves import EDGE, astroid, astroids, made_set, point, ring
+from marks import few
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from skimage.color import deltaE_ciede2000, rgb2lab
@@ -170,7 +171,7 @@ def test_prograde_edge_is_the_flat_left_one():
     assert np.ptp(near_left[:, 1]) > 1.1 * np.ptp(near_right[:, 1])
 
 
-@pytest.mark.parametrize("count", [1, 5])
+@pytest.mark.parametrize("count", few((1, 5), (1,)))
 def test_overview_saves(tmp_path, count):
     figure = plots.overview(astroids(count), EDGE)
     assert len(figure.axes) == 2 + count

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_results import CAMERA, GIVEN, KINDS, example
+from marks import few
 
 import kerrcaustics as kc
 from kerrcaustics.beams.paths import SpacePoints
@@ -101,7 +102,7 @@ def test_units_and_names_belong_to_viewer_and_surface():
     assert kc.to_xarray(replace(plane, camera=CAMERA)).magnification.attrs["units"] == "c^4/(GM)^2"
 
 
-@pytest.mark.parametrize("count", [0, pytest.param(1, marks=pytest.mark.slow), 3])
+@pytest.mark.parametrize("count", few((0, 1, 3), (3,)))
 def test_a_dataset_holds_every_number(kind, count, tmp_path):
     made = example(kind, count)
     data = kc.to_xarray(made)

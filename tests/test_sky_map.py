@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from marks import few
 
 import kerrcaustics as kc
 from kerrcaustics.scenes.colour import luminance
@@ -49,7 +50,7 @@ def missed(camera, traced, seed):
 
 
 @pytest.mark.parametrize(("camera", "view"), VIEWS[:2])
-@pytest.mark.parametrize("quality", ["draft", "normal", pytest.param("high", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("quality", few(("draft", "normal", "high"), ("normal",)))
 def test_the_map_is_as_good_as_it_says(camera, view, quality):
     traced = kc.pictures.trace_view(camera, view, quality=quality)
     error = missed(camera, traced, 1)

@@ -10,6 +10,7 @@ import pytest
 import zarr
 from command_line import run
 from harming import HARM, hold_a_folder, restored
+from marks import few
 from sweeping import PLAIN, files, made_up, opened, sweep_in_step, written
 
 import kerrcaustics as kc
@@ -35,7 +36,7 @@ def good(tmp_path, scene):
     return path
 
 
-@pytest.mark.parametrize("harm", HARM)
+@pytest.mark.parametrize("harm", few(HARM, ("truncated", "lost", "a folder")))
 def test_what_is_damaged_is_mended(harm, tmp_path, scene, good):
     """A description and an axis, the root among them, and a chunk that was done."""
     path, chance = restored(good, tmp_path / "s.zarr"), random.Random(1)

@@ -178,8 +178,12 @@ def _sources() -> list[str]:
 
 
 def _build_processor(folder: Path, name: str) -> None:
-    out = folder / library_name(PROCESSOR, PLATFORMS[name].system)
-    _run([*_compiler(name, "x86-64-v2"), *_FLAGS, "-shared", ROOM / "processor.cc", "-o", out])
+    build_library(ROOM / "processor.cc", folder / library_name(PROCESSOR, PLATFORMS[name].system), name, "x86-64-v2")
+
+
+def build_library(text: Path, library: Path, name: str, level: str, lanes: int = 1) -> None:
+    """A library of one text in C++, for one instruction set of a platform."""
+    _run([*_compiler(name, level), *_FLAGS, f"-DW={lanes}", f"-I{ROOM}", "-shared", text, "-o", library])
 
 
 def _built(program: str, *, levels: Sequence[str], name: str) -> tuple[dict[str, Any], dict[str, str]]:
