@@ -15,6 +15,8 @@ from kerrcaustics.spacetime.frame import photon_of
 from kerrcaustics.spacetime.viewer import Viewer
 
 _MAX_ROUNDS = 5
+# A plain number: NumPy takes four times as long for those of an enum.
+_CAPTURED = int(Status.CAPTURED)
 
 
 def followed(
@@ -49,7 +51,7 @@ def _by_closed_form(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted) -
 
 def _add_small_k(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, ends: RayEnd[np.ndarray]) -> None:
     """Replace the rays of small k in `ends` by those of their own formulas."""
-    rest = np.flatnonzero(~ends.closed_form & (ends.status != Status.CAPTURED))
+    rest = np.flatnonzero(~ends.closed_form & (ends.status != _CAPTURED))
     if not rest.size:
         return
     rest = rest[photon_of(camera.frame(), tuple(sky[rest].T)).k < MOST_K]

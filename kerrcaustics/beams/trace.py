@@ -226,7 +226,8 @@ def _traced(
     surface = end_of(camera, end)
     directions, shape = as_vectors(sky)
     count = len(directions)
-    size, threads = (most_on_accelerator(), 1) if on_accelerator(count) else (_BLOCK, cores())
+    in_one_stream = on_accelerator(count)
+    size = most_on_accelerator() if in_one_stream else _BLOCK
 
     def block(start: int) -> Fields:
         block_rays = slice(start, start + size)
@@ -238,7 +239,9 @@ def _traced(
         return fields | _extras(extra, camera, unit, there, ends)
 
     first = block(0)
-    fields = first if count <= size else _with_more(block, first, (count, size), threads)
+    fields = first
+    if count > size:
+        fields = _with_more(block, first, (count, size), 1 if in_one_stream else cores())
     if shape != (count,):
         fields = {name: values.reshape((*shape, *values.shape[1:])) for name, values in fields.items()}
     engines = engines_used(fields["error"], fields["closed_form"])

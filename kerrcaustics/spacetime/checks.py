@@ -180,7 +180,7 @@ def _refuse_unit_and_mask(name: str, value: Any) -> None:
             "lengths and times to units of M, and pass the numbers alone."
         )
     masked = getattr(value, "mask", False)
-    if not callable(masked) and np.any(masked):
+    if masked is not False and not callable(masked) and np.any(masked):
         raise ValueError(f"Argument `{name}` must hold no masked numbers, but some are masked: leave those out.")
 
 

@@ -149,6 +149,7 @@ def _theta_potential(q: Any, momentum: Any, a: float, c: float) -> Any:
     return q - c**2 * (momentum - a) * (momentum + a)
 
 
+@lru_cache(maxsize=256)
 def _momentum_range(camera: Viewer) -> tuple[float, float]:
     """Least and largest p_phi / sin(theta) on the shadow edge, where p_theta vanishes."""
     a, s, c = camera.spin, camera.sin_theta, camera.cos_theta

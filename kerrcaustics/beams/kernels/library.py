@@ -58,13 +58,14 @@ class Kernel:
             self._outputs.append(_Leaf(kind, tuple(shape), size, totals[width]))
             totals[width] += size
         self._totals = totals
-        # Of each component of the outputs: bytes for each ray before it, and of its own; its stride; True for reals.
+        # Of each component of the outputs: bytes for each ray before it; bytes before it in its own array, and its
+        # stride; and which are reals, and which flags.
         parts = [(output, part) for output in self._outputs for part in range(output.size)]
         widths = np.array([_DTYPES[output.kind].itemsize for output, _ in parts])
         self._before = widths * [output.start for output, _ in parts]
-        self._own = widths * [part for _, part in parts]
-        self._strides = np.array([output.size for output, _ in parts])
-        self._real = widths == 8
+        strides = [output.size for output, _ in parts]
+        self._strided = np.stack([widths * [part for _, part in parts], strides], axis=-1).astype(np.int64)
+        self._real, self._flags = np.flatnonzero(widths == 8), np.flatnonzero(widths == 1)
 
     def __call__(self, *arguments: Any) -> Any:
         """The values for trees of arguments."""
@@ -82,9 +83,10 @@ class Kernel:
         count, given = len(held[0]), np.array(numbers, float)
         inputs = np.array([pair for column in held for pair in _slots(column)])
         reals, flags = np.empty(self._totals[8] * count), np.empty(self._totals[1] * count, bool)
-        outputs = np.empty((len(self._own), 2), np.int64)
-        outputs[:, 0] = np.where(self._real, _address(reals), _address(flags)) + self._before * count + self._own
-        outputs[:, 1] = self._strides
+        outputs = self._strided.copy()
+        outputs[:, 0] += self._before * count
+        outputs[self._real, 0] += _address(reals)
+        outputs[self._flags, 0] += _address(flags)
         self._function(_address(given), _address(inputs), _address(outputs), count)
         batch = (count,) if shape is None else shape
         values = []
