@@ -114,9 +114,10 @@ def test_errors_of_every_analysis_are_those_of_the_moving_sky(speed):
     camera = kc.Camera(*PLACE, (0.0, 0.0, speed))
     for (name, still, error), (_, sky, found) in zip(on_skies(REST), on_skies(camera), strict=True):
         there = as_seen(still, REST.frame(), camera.frame())
-        # Tracks have other points where the sky is stretched.
+        # Tracks have other points where the sky is stretched; isoradials have all points elsewhere, as they are even on
+        # the viewer's own sky: neighbours are compared.
         away = np.linalg.norm(sky[:, None] - there, axis=-1)
-        same = away.min(axis=1) < 1e-8
+        same = away.min(axis=1) < (0.02 if name == "isoradials" else 1e-8)
         assert same.mean() > 0.2, name
         nearest = away.argmin(axis=1)[same]
         true = (displaced(camera, still) * error)[nearest]
