@@ -33,17 +33,15 @@ def test_sections(name):
     assert "Raises" in found or name in NEVER_RAISE
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_sections_come_once_and_in_order(name):
+def test_sections_come_once_and_in_order():
     order = ["Parameters", "Attributes", "Returns", "Raises", "Errors", "Notes", "References", "Examples"]
-    found = sections(name)
-    assert found == [title for title in order if title in found]
+    found = {name: sections(name) for name in NAMES}
+    assert found == {name: [title for title in order if title in titles] for name, titles in found.items()}
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_no_private_name_is_cited(name):
-    cited = re.findall(r"`(_\w+)`", inspect.getdoc(PUBLIC[name]))
-    assert not cited
+def test_no_private_name_is_cited():
+    cited = {name: re.findall(r"`(_\w+)`", inspect.getdoc(PUBLIC[name])) for name in NAMES}
+    assert {name: private for name, private in cited.items() if private} == {}
 
 
 @pytest.mark.slow
