@@ -1029,6 +1029,17 @@ def test_a_picture_is_written_with_its_numbers(tmp_path, capsys, monkeypatch, pa
     assert status == 0 and "320 x 180 pixels" in out and painted[-1]["quality"] == "draft"
 
 
+def test_a_preview_of_a_film_draws_one_frame(tmp_path, capsys, monkeypatch, painted):
+    """Its exposure is from its own light; a frame of the film itself needs nine others."""
+    monkeypatch.chdir(tmp_path)
+    film = PLAIN + '[light]\nexposure = "auto"\n[film]\nframes = 20\nend = 80\n'
+    (tmp_path / "scene.toml").write_text(film, encoding="utf-8")
+    status, out, _ = run(capsys, "render", "scene.toml", "--preview", "--frame", "7")
+    assert status == 0 and "(auto, by this frame alone)" in out and len(painted) == 1
+    status, out, _ = run(capsys, "render", "scene.toml", "--frame", "7")
+    assert status == 0 and "(auto)" in out and len(painted) == 11
+
+
 def test_the_progress_bar_says_stages(tmp_path, capsys, monkeypatch, painted):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scene.toml").write_text(PLAIN, encoding="utf-8")

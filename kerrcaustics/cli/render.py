@@ -55,7 +55,7 @@ def render(
     quality
         Quality of the picture; by default that of the scene.
     preview
-        Render a small draft, 320 pixels wide.
+        Render a small draft, 320 pixels wide; an automatic exposure is by this frame alone.
     overrides
         Override an entry of the file, for example --set camera.radius=5; may be repeated.
     """
@@ -99,7 +99,7 @@ def render(
     size = f"{rendering.view.width} x {rendering.view.height} pixels"
     say(out, f"{size}, {rendering.beams} beams, {entry['seconds']:.1f} s")
     say(out, in_words(stages))
-    say_all(out, [*_tones_in_words(development, file), *remarks])
+    say_all(out, [*_tones_in_words(development, file, alone=preview and file.frames > 1), *remarks])
     say(out, f"Picture: {path}")
 
 
@@ -136,12 +136,17 @@ def _camera_in_words(rendering: "Rendering") -> str:
     return words.replace(f"{velocity} camera", f"a camera at {math.hypot(*velocity or ()):.6g} of the speed of light")
 
 
-def _tones_in_words(development: "Development | None", scene: "SceneFile") -> list[str]:
-    """The exposure, the part of the pixels that are clipped at white, and a hint; nothing for linear light."""
+def _tones_in_words(development: "Development | None", scene: "SceneFile", alone: bool) -> list[str]:
+    """The exposure, the part of the pixels that are clipped at white, and a hint; nothing for linear light.
+
+    alone: it is that of a film's frame by itself.
+    """
     if development is None:
         return []
     exposure, clipped = f"{development.exposure:.6g}", f"{100 * development.clipped:.2g} %"
-    chosen = " (auto)" if scene.contents.light.exposure == "auto" else ""
+    chosen = ""
+    if scene.contents.light.exposure == "auto":
+        chosen = " (auto, by this frame alone)" if alone else " (auto)"
     brighter = f"--set light.exposure={2 * development.exposure:.3g} doubles the exposure"
     if development.clipped > _MUCH:
         brighter = (
@@ -180,7 +185,7 @@ def _render(
             if path.suffix.lower() == ".exr":
                 save_light(path, scene.light(rendering, scale), rendering.alpha)
                 return rendering, None
-            development = scene.development(frame, rendering, scale)
+            development = scene.development(frame, rendering, scale, alone=preview)
             picture = scene.with_overlays(frame, rendering, development.picture)
         with stage("encoding"):
             save_picture(path, picture, f"exposure {development.exposure:.6g}")

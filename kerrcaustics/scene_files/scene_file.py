@@ -239,12 +239,16 @@ class SceneFile:
         """Linear light of a frame, with the flare of the lens; in a picture of this scale."""
         return np.asarray(add_glare(rendering.light, self.contents.light.flare or (), self.folder, scale), np.float32)
 
-    def exposure(self, number: int, light: Float[Array, "height width 3"]) -> float:
-        """The exposure of a frame of linear light: that in the file, or by the light; of a film, from its keyframes."""
+    def exposure(self, number: int, light: Float[Array, "height width 3"], alone: bool = False) -> float:
+        """The exposure of a frame of linear light: that in the file, or by the light.
+
+        By the light, a film's is from its keyframes; alone: from the frame itself.
+        """
         if not self._by_light:
             with in_file(self.name):
                 return self._exposure.at(self._path.at(self.moment(number)))
-        return exposure_of(light, self.contents.light) if self.frames == 1 else self._exposed.exposure(number, light)
+        own = alone or self.frames == 1
+        return exposure_of(light, self.contents.light) if own else self._exposed.exposure(number, light)
 
     def with_exposures(self) -> "SceneFile":
         """The scene with the exposures of its film as values at times, where they are by the light.
@@ -273,11 +277,16 @@ class SceneFile:
     def _exposure(self) -> ExposureOverTime:
         return ExposureOverTime(self.contents.light.exposure, self._path)
 
-    def development(self, number: int, rendering: Rendering, scale: float = 1.0) -> Development:
-        """The picture of a frame that was rendered, without overlays: flare, exposure, tone curve."""
+    def development(
+        self, number: int, rendering: Rendering, scale: float = 1.0, *, alone: bool = False
+    ) -> Development:
+        """The picture of a frame that was rendered, without overlays: flare, exposure, tone curve.
+
+        alone: no other frame of a film is drawn for the exposure.
+        """
         light = self.light(rendering, scale)
         with in_file(self.name):
-            return developed(light, self.contents.light, self.exposure(number, light))
+            return developed(light, self.contents.light, self.exposure(number, light, alone))
 
     def developed(self, number: int, rendering: Rendering, scale: float = 1.0) -> UInt8[Array, "height width 3"]:
         """The picture of a frame that was rendered: flare, exposure, tone curve, overlays."""
