@@ -9,7 +9,7 @@ import kerrcaustics as kc
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.scenes.colour import luminance
 from kerrcaustics.scenes.disk.flat import render_flat
-from kerrcaustics.scenes.disk.march import Marching, marched
+from kerrcaustics.scenes.disk.march import Marching, marched, marched_between
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.frame import photon_of
 from kerrcaustics.spacetime.sphere import from_angles
@@ -43,6 +43,30 @@ def test_the_error_is_honest_and_falls_with_the_step():
         assert np.quantile(wrong, 0.98) < found.error and wrong.max() < 4 * found.error + 1e-6
         errors.append(found.error)
     assert errors[1] < errors[0] / 4 and errors[1] < 3e-4
+
+
+def test_a_draft_takes_fewer_steps_and_no_finer_rays(monkeypatch):
+    """But at edges, which it does not refine, it shows the same."""
+    counted = []
+
+    def counting(*arguments):
+        light = marched_between(*arguments)
+        counted.append((len(arguments[1]), light.steps))
+        return light
+
+    monkeypatch.setattr("kerrcaustics.scenes.disk.veil.marched_between", counting)
+    camera = kc.Camera(0.9, 30.0, 1.3)
+    view = kc.pictures.View.toward_hole(camera, 40, 30, 0.8)
+    glow = kc.disks.Volume(lambda r, theta, phi: 0.3 * np.exp(-((np.cos(theta) / 0.25) ** 2)), 6504.0, 5.0, 15.0, 2.0)
+    pictures, work = [], []
+    for quality in ("normal", "draft"):
+        counted.clear()
+        pictures.append(kc.render(camera, view, volume=glow, quality=quality).light)
+        work.append([sum(numbers) for numbers in zip(*counted, strict=True)])
+    normal, draft = pictures
+    assert work[1][0] == 40 * 30 < work[0][0] and work[1][1] < 0.7 * work[0][1]
+    off = np.abs(normal - draft).max(axis=2)
+    assert off.max() > 0 and np.median(off[normal.any(axis=2)]) < 1e-3 * normal.max()
 
 
 def test_an_opaque_volume_shows_its_source():

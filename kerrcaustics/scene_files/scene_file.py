@@ -277,9 +277,7 @@ class SceneFile:
     def _exposure(self) -> ExposureOverTime:
         return ExposureOverTime(self.contents.light.exposure, self._path)
 
-    def development(
-        self, number: int, rendering: Rendering, scale: float = 1.0, *, alone: bool = False
-    ) -> Development:
+    def development(self, number: int, rendering: Rendering, scale: float = 1.0, *, alone: bool = False) -> Development:
         """The picture of a frame that was rendered, without overlays: flare, exposure, tone curve.
 
         alone: no other frame of a film is drawn for the exposure.

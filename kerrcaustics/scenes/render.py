@@ -106,14 +106,15 @@ class TracedView(Shown):
         time: float = 0.0,
         turn: float = 0.0,
         turn_weight: ShutterShape = "box",
+        draft: bool = False,
     ) -> Rendering:
         """A sky, a disk and a volume as they are seen in this view; parameters as for `render`.
 
         disk: the one that the view was traced with, or another one between the same rims, and as opaque; turn: angle
         (radians) by which the sky turns about the spin axis while the picture is exposed, half of it on either side;
-        turn_weight: of the moments meanwhile, as `weight` of `ShutterMotion`.
+        turn_weight: of the moments meanwhile, as `weight` of `ShutterMotion`; draft: a volume as in one.
         """
-        flags(beaming=beaming, colour_shift=colour_shift, delay=delay)
+        flags(beaming=beaming, colour_shift=colour_shift, delay=delay, draft=draft)
         began, disk = clock(), disk_about(disk, self.camera)
         check_uses(disk is not None or volume is not None, delay)
         shape = self.view.height, self.view.width
@@ -128,7 +129,8 @@ class TracedView(Shown):
         if not (disk is None and volume is None):
             looks = Looks(self.camera.spin, beaming, colour_shift, delay, checked_moment(time))
             when = checked_moment(time), delay
-            veil = veil_over(self.camera, self.view, volume, Shifts(beaming, colour_shift), len(cells), when)
+            shifts = Shifts(beaming, colour_shift)
+            veil = veil_over(self.camera, self.view, volume, shifts, len(cells), when, draft)
             with stage("disk_light"):
                 glow, transmission = lit(disk, cells, shape, looks, veil)
             light = light * transmission[..., None] + glow
@@ -243,7 +245,7 @@ def render(
     pixel are left out; in a draft beams are interpolated to a tenth of a pixel, and images that cover no more than 1/30
     of any pixel are left out. If a disk that is not opaque lies over an edge of the sky, the mean of the product is
     taken as the product of the means; the same holds for a volume and edges of the disk. A volume: as for
-    `render_volume` with the step 0.5.
+    `render_volume` with the step 0.5; in a draft with the step 1.5, and edges are not refined.
 
     References
     ----------
@@ -277,7 +279,7 @@ def render(
     traced = trace_view(camera, view, sky=sky is not None, **options)
     switches: dict[str, Any] = {"beaming": beaming, "colour_shift": colour_shift, "delay": delay}
     turn: dict[str, Any] = {"turn": exposure.turn, "turn_weight": exposure.weight.shape}
-    return traced.show(sky, disk=disk, volume=volume, time=time, **switches, **turn)
+    return traced.show(sky, disk=disk, volume=volume, time=time, draft=quality == "draft", **switches, **turn)
 
 
 @usual_warnings

@@ -32,8 +32,8 @@ _ROUGH, _DIVISIONS = 1 / 24, 3
 _SAMPLE = 256
 
 
-# Length of a step, as of `render_volume`.
-_STEP = 0.5
+# Length of a step, as of `render_volume`, and that in a draft.
+_STEP, _DRAFT_STEP = 0.5, 1.5
 
 
 class Veil(NamedTuple):
@@ -74,35 +74,47 @@ def check_volume(volume: Glowing | None, camera: Viewer) -> None:
 
 
 def veil_over(
-    camera: Viewer, view: Raster, volume: Glowing | None, shifts: Shifts, crossings: int, when: tuple[float, bool]
+    camera: Viewer,
+    view: Raster,
+    volume: Glowing | None,
+    shifts: Shifts,
+    crossings: int,
+    when: tuple[float, bool],
+    draft: bool = False,
 ) -> Veil | None:
     """The veil of a volume over a view; the last one where it is the same, as for a camera on a circular orbit.
 
-    when: time and delay, for spots.
+    when: time and delay, for spots; draft: in long steps, a ray for each pixel.
     """
     if volume is None:
         return None
     check_volume(volume, camera)
     moving = isinstance(volume, OrbitingSpots)
-    way = Marching(camera, volume.about(camera.spin, *when) if moving else volume, *shifts, _STEP, crossings)
-    key = camera, view, shifts, crossings, when if moving else None
+    step = _DRAFT_STEP if draft else _STEP
+    way = Marching(camera, volume.about(camera.spin, *when) if moving else volume, *shifts, step, crossings)
+    key = camera, view, shifts, crossings, when if moving else None, draft
     # Looked at once: another thread may put its own there.
     last = next(iter(_LAST), None)
     if last is None or last[0] is not volume or not same(last[1], key):
         _LAST.clear()
         with stage("volume"):
-            last = volume, key, veil_of(way, view)
+            last = volume, key, veil_of(way, view, refine=not draft)
         _LAST[:] = [last]
     return last[2]
 
 
-def veil_of(way: Marching, view: Raster) -> Veil:
-    """The volume as the pixels of a view see it: their middle rays, or where they differ the mean of nine."""
+def veil_of(way: Marching, view: Raster, refine: bool = True) -> Veil:
+    """The volume as the pixels of a view see it: their middle rays, or where they differ the mean of nine.
+
+    refine: False for the middle rays alone.
+    """
     y, x = (place.ravel() for place in np.mgrid[: view.height, : view.width])
     report("rays marched", 0.0)
     light, transmission, steps = _all_marched(way, view, x[:, None], y[:, None])
     grey = luminance(light.sum(axis=0)).reshape(view.height, -1)
-    rough = np.flatnonzero(_rough(grey / max(float(grey.max()), 1e-300), transmission))
+    rough = np.zeros(0, int)
+    if refine:
+        rough = np.flatnonzero(_rough(grey / max(float(grey.max()), 1e-300), transmission))
     if len(rough):
         within = (np.arange(_DIVISIONS**2) % _DIVISIONS + 0.5) / _DIVISIONS - 0.5
         down = (np.arange(_DIVISIONS**2) // _DIVISIONS + 0.5) / _DIVISIONS - 0.5
