@@ -19,6 +19,7 @@ from PIL import Image
 from scipy.integrate import solve_ivp
 
 import kerrcaustics as kc
+from kerrcaustics.cli.render import LEFT_OUT
 from kerrcaustics.draw.palettes import INDEX_ON_BLACK
 from kerrcaustics.orbits.geodesics import circular_velocity, free_fall
 from kerrcaustics.orbits.moving_place import fido_velocity
@@ -1027,6 +1028,25 @@ def test_a_picture_is_written_with_its_numbers(tmp_path, capsys, monkeypatch, pa
         capsys, "render", "scene.toml", "--preview", "--set", "view.width=640", "--set", "view.height=360"
     )
     assert status == 0 and "320 x 180 pixels" in out and painted[-1]["quality"] == "draft"
+
+
+def test_shares_of_the_time_say_what_leaves_each_out(tmp_path, capsys, monkeypatch, painted):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.toml").write_text(PLAIN + "[film]\nframes = 2\nend = 80\nshutter_deg = 90\n", encoding="utf-8")
+    status, out, _ = run(capsys, "render", "scene.toml", "--explain")
+    assert status == 0 and re.search(r"^sky light +\d\.\d\d +\d+ % +no \[sky\] *$", out, re.MULTILINE)
+    shares = [int(share) for share in re.findall(r"(\d+) %", out.partition("share")[2].partition("Motion")[0])]
+    assert len(shares) == 4 and abs(sum(shares) - 100) <= 2
+    assert "film.shutter_deg = 0" in out and "--quality draft" in out
+    assert "film.shutter_deg" not in run(capsys, "render", "scene.toml", "--explain", "--quality", "draft")[1]
+
+
+def test_every_stage_of_a_picture_has_its_key():
+    names = set()
+    for path in (Path(kc.__file__).parent / "scenes").rglob("*.py"):
+        names |= set(re.findall(r'stage\("(\w+)"\)', path.read_text(encoding="utf-8")))
+    # Frames of films have stages of their own.
+    assert names and names <= set(LEFT_OUT)
 
 
 def test_a_preview_of_a_film_draws_one_frame(tmp_path, capsys, monkeypatch, painted):

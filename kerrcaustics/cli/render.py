@@ -12,6 +12,7 @@ from kerrcaustics.cli.app import BadInput, app, with_examples
 from kerrcaustics.cli.options import COMMON, CommonOptions, FileName, Flag, WholeNumber
 from kerrcaustics.cli.outputs import check_picture
 from kerrcaustics.cli.sizes import AS_IT_IS, SizeOptions
+from kerrcaustics.cli.tables import PlainTable
 from kerrcaustics.cli.terminal import one_line_errors, place_of, progress, say, say_all
 from kerrcaustics.results.stages import in_words, stage, stages_timed
 
@@ -24,6 +25,18 @@ if TYPE_CHECKING:
 _PREVIEW, _STAGES = 320, 9
 # A picture of which more is clipped at white has lost what was there.
 _MUCH = 0.02
+LEFT_OUT = {
+    "disk_map": "no [disk]",
+    "disk_light": "no [disk]",
+    "sky_map": "no [sky]",
+    "shadow_edge": "no [sky]",
+    "sky_light": "no [sky]",
+    "picture_of_the_sky": "another sky.kind",
+    "stars": 'another sky.kind than "stars"',
+    "volume": "no [volume], no [spots]",
+    "developing": "light.flare = [], no [overlays]",
+}
+"""What leaves each stage out of a scene."""
 
 
 @app.command(
@@ -37,6 +50,7 @@ def render(
     frame: WholeNumber = 0,
     quality: Quality | None = None,
     preview: Flag = False,
+    explain: Flag = False,
     resizing: SizeOptions = AS_IT_IS,
     overrides: Annotated[list[str] | None, cyclopts.Parameter(name="--set", negative=())] = None,
     common: CommonOptions = COMMON,
@@ -56,6 +70,8 @@ def render(
         Quality of the picture; by default that of the scene.
     preview
         Render a small draft, 320 pixels wide; an automatic exposure is by this frame alone.
+    explain
+        Print the share of each stage in the time, and what leaves it out of the scene.
     overrides
         Override an entry of the file, for example --set camera.radius=5; may be repeated.
     """
@@ -98,7 +114,8 @@ def render(
     say(out, f"{_camera_in_words(rendering)}, t = {entry['time']:z.6g}")
     size = f"{rendering.view.width} x {rendering.view.height} pixels"
     say(out, f"{size}, {rendering.beams} beams, {entry['seconds']:.1f} s")
-    say(out, in_words(stages))
+    out.print(_shares(stages, entry["seconds"]) if explain else in_words(stages), soft_wrap=True, highlight=False)
+    say_all(out, _less_in_words(file, level) if explain else [])
     say_all(out, [*_tones_in_words(development, file, alone=preview and file.frames > 1), *remarks])
     say(out, f"Picture: {path}")
 
@@ -155,6 +172,26 @@ def _tones_in_words(development: "Development | None", scene: "SceneFile", alone
             else "light.curve = asinh keeps more detail in bright parts"
         )
     return [f"Exposure {exposure}{chosen}, {clipped} of the pixels are clipped at white; {brighter}"]
+
+
+def _shares(stages: dict[str, float], total: float) -> PlainTable:
+    """The stages, longest first, with their shares of the time, and what leaves each out; last what is none of them."""
+    table = PlainTable(("stage", "s", "share", "left out by"), words=("stage", "left out by"))
+    rows = sorted(stages.items(), key=lambda one: -one[1])
+    for name, seconds in [*rows, ("start, reading, and the rest", max(total - sum(stages.values()), 0.0))]:
+        share = f"{100 * seconds / total:.0f} %"
+        table.add_row(name.replace("_", " "), f"{seconds:.2f}", share, LEFT_OUT.get(name, ""))
+    return table
+
+
+def _less_in_words(scene: "SceneFile", quality: str) -> list[str]:
+    """What leaves out the blur of motion, where a picture has it, and less of everything."""
+    film, lines = scene.contents.film, []
+    if quality != "draft":
+        if film is not None and film.shutter_deg > 0:
+            lines.append("Motion while the shutter is open takes several maps: film.shutter_deg = 0 leaves it out")
+        lines.append("A draft, --quality draft, is coarser in all of this")
+    return lines
 
 
 def _dark_disk(scene: "SceneFile", rendering: "Rendering", development: "Development | None") -> tuple[str, ...]:
