@@ -1,6 +1,7 @@
 """README and docs: their code runs, their commands are understood, their links lead somewhere, the pages are built."""
 
 import json
+import math
 import os
 import re
 import shlex
@@ -146,7 +147,7 @@ def test_what_limits_say_is_so(section, shown, capsys):
     if shown.startswith("in Python: "):
         import kerrcaustics as kc
 
-        names = {"kc": kc, "camera": kc.Camera(0.9, 10.0), "star": (1.4, 2.9)}
+        names = {"kc": kc, "math": math, "camera": kc.Camera(0.9, 10.0), "star": (1.4, 2.9)}
         with pytest.raises(ValueError, match="Argument"):
             eval(shown.removeprefix("in Python: "), names)
         assert refused

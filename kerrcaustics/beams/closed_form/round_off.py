@@ -32,6 +32,8 @@ _OF_DIRECTION, _FAR = 1e-15, 6
 _IN_TURN = 2e-2
 # The part of a distance from the outer roots that is lost in the time.
 _OF_CLOCK = 2e-16
+# What psi loses on a way that begins and ends closer to the outer roots than this, as a part of round-off elsewhere.
+_AT_ROOTS, _CLOSE = 0.25, 0.1
 
 
 def at_infinity(frame: Frame, photon: Photon, quartic: radial.Quartic, phase: Reals) -> Reals:
@@ -56,6 +58,8 @@ def at_finite_end(
     gap, motion = _gap_to_end(frame, photon, quartic, travel), end.motion(at)
     grown = finite_end.growth(frame, *jax.lax.stop_gradient((photon, travel.time)))
     turn, rest = _of_turn(frame, photon, jnp.minimum(1 / at.u, frame.radius))
+    close = jnp.sqrt(_clearance(quartic, frame.radius) * _clearance(quartic, 1 / at.u))
+    turn = turn + _AT_ROOTS * jnp.maximum(1 / close - 1 / _CLOSE, 0.0) * (turn + ROUNDING)
     # On a long way the growth is that by the outer roots.
     grown = jnp.where((at.speed * travel.time < _LONG) & jnp.isfinite(grown), grown, 1.0)
     opened = end.opened(grown, at)
@@ -102,6 +106,12 @@ def of_time(frame: Frame, travel: Travel) -> Reals:
 def _wide(frame: Frame, quartic: radial.Quartic) -> Reals:
     """The outer roots' middle over the radius of a camera close to the lower one, which is a small difference then."""
     return jnp.maximum(quartic.h / frame.radius - 1, 0.0)
+
+
+def _clearance(quartic: radial.Quartic, radius: Reals) -> Reals:
+    """The distance of a radius from the outer roots, relative to it."""
+    apart = (radius - 1 - quartic.lift) / radius
+    return jnp.sqrt(apart**2 + jnp.abs(apart**2 - quartic.d / radius**2)) + _TINY
 
 
 def _deep(frame: Frame, u: Reals) -> Reals:
