@@ -97,5 +97,6 @@ def _integral(
     missed = np.abs((terms @ factor[..., None])[..., 0] - change).max(axis=1)
     weighed = factor * np.array([2 / 3, 2 / 3, 0.5, 0.5, 0.5])
     mean = middle[:, None] + (terms @ weighed[..., None])[..., 0]
-    summed = np.abs(twice_area * mean)
-    return summed.mean(axis=1) * np.pi, np.ptp(summed, axis=1) / mean.mean(axis=1) * missed * np.pi
+    # Parts of a bent image that are swept twice count once: both signs occur.
+    summed = twice_area * mean
+    return np.abs(summed.mean(axis=1)) * np.pi, np.ptp(summed, axis=1) / mean.mean(axis=1) * missed * np.pi
