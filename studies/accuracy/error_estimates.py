@@ -4,8 +4,8 @@
 
 Truth is the same ray integrated at a tolerance of 1e-14, whose own error is added to the one reported where another
 engine is judged. Half of the rays are close to the shadow edge. Prints quantiles of the ratio for n' of beams, for n'
-of rays traced alone, and for the Jacobian as vectors in space, how many are above 1, and how often a certain
-Morse index differs. Finite ends are spheres at 0.7 to 20 times the camera's radius, also at nearly that, and the first three
+of rays traced alone, and for the Jacobian as vectors in space, how many are above 1, and how often a certain Morse
+index differs. Finite ends are spheres at 0.7 to 20 times the camera's radius, also at nearly that, and the first three
 crossings of the plane.
 """
 
