@@ -8,6 +8,7 @@ from command_line import run
 
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import Sphere
+from kerrcaustics.beams.trace import beams_of_directions, rays_of_directions
 from kerrcaustics.draw.track_figure import tracks_figure
 from kerrcaustics.scripts import STUDIES
 
@@ -288,8 +289,8 @@ def test_caustics_in_the_plane_take_few_rays(monkeypatch, radius):
 
         return call
 
-    monkeypatch.setattr("kerrcaustics.lens_map.plane_map.trace_beams", counting(kc.trace_beams))
-    monkeypatch.setattr("kerrcaustics.lens_map.plane_map.trace_rays", counting(kc.trace_rays))
+    monkeypatch.setattr("kerrcaustics.lens_map.plane_map.beams_of_directions", counting(beams_of_directions))
+    monkeypatch.setattr("kerrcaustics.lens_map.plane_map.rays_of_directions", counting(rays_of_directions))
     camera = kc.Camera(0.9, radius, 1.21, "fiducial")
     found = kc.caustics(camera, 2, end=kc.EquatorialPlane(2))
     assert [curve.order for curve in found] == [2, 2] and not any(curve.lost for curve in found)
