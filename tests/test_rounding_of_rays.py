@@ -22,7 +22,8 @@ def assert_errors_hold(name, camera, sky, *, numbers=(), columns=()):
     sure = ours.status_certain.astype(bool)
     assert np.array_equal(ours.status[sure], exact.status[sure])
     used = np.flatnonzero(ours.closed_form & np.isfinite(ours.error) & sure)
-    assert len(used) > 0.3 * len(sky)
+    # Next to the hole most fall in.
+    assert len(used) > 0.2 * len(sky)
     ours, exact = ours.rows(used), exact.rows(used)
     away = np.linalg.norm(ours.direction - exact.direction, axis=1)
     assert np.all(away <= MOST * ours.error)
