@@ -14,7 +14,7 @@ import numpy as np
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import SKY, Spherical
-from kerrcaustics.beams.trace import beams_of_directions
+from kerrcaustics.beams.trace import trace_beams
 from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.scenes.coons_patches import CORNERS
 from kerrcaustics.scenes.footprint import turned
@@ -249,7 +249,7 @@ class StarSearch:
     def _beams(self, sky: Float[Array, "n 3"]) -> Beams:
         """Beams as the viewer has them on its own sky."""
         places, options = self._camera.places(sky), {"crossings": False, "redshift": False}
-        return beams_of_directions(self._camera, places, "auto", TOLERANCE, **options, end=self._end)
+        return trace_beams(self._camera, places, "auto", TOLERANCE, **options, end=self._end)
 
     def _moving(self, images: PictureImages, moment: Float[Array, " stars"]) -> PictureImages:
         """Move images to moments of their own; none moves farther than the chart resolves."""
