@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kerrcaustics.beams import accelerator
+from kerrcaustics.beams.accelerator import on_accelerator
 from kerrcaustics.beams.ends import End, Sphere, Spherical
 from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.beams.kernels.trees import leaves
@@ -19,23 +19,17 @@ def closed_form(
     camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, *, short: bool = False
 ) -> RayEnd[np.ndarray]:
     """The closed form of rays; short: by the formulas for small k. Beams have their index and crossings."""
-    if accelerator.on_accelerator(len(sky)):
-        return accelerator.closed_form(camera, sky, end, wanted, short=short)
     name = f"{'short_' if short else ''}{_request(wanted)}{'_equator' if camera.on_equator and not short else ''}"
     return _called(name, camera, [sky], end)
 
 
 def prospects(camera: Viewer, sky: np.ndarray, end: End) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Flags of rays that do not reach their end, that fall in when followed on, and for which both are certain."""
-    if accelerator.on_accelerator(len(sky)):
-        return accelerator.prospects(camera, sky, end)
     return _called("prospects", camera, [sky], end)
 
 
 def work(camera: Viewer, sky: np.ndarray, end: End) -> np.ndarray:
     """An estimate of the work of the integrator on each ray."""
-    if accelerator.on_accelerator(len(sky)):
-        return accelerator.work(camera, sky, end)
     return _called("survey", camera, [sky], end)
 
 
@@ -43,8 +37,6 @@ def integrate(
     camera: Viewer, sky: np.ndarray, refinement: np.ndarray, tolerance: float, end: End, wanted: Wanted
 ) -> RayEnd[np.ndarray]:
     """Rays integrated once, each with its steps shorter by its refinement; neighbours should be of similar work."""
-    if accelerator.on_accelerator(len(sky)):
-        return accelerator.integrate(camera, sky, refinement, tolerance, end, wanted)
     # Rays follow their beams there, for their errors: one kernel serves both.
     name = f"integrated_{_request(replace(wanted, beams=True))}"
     return _called(name, camera, [sky, refinement], end, tolerance).only(wanted)
@@ -60,7 +52,7 @@ def deep_ends(
 
 def depth(camera: Viewer, sky: np.ndarray) -> np.ndarray:
     """The d of rays, the square of half the distance of the outer roots of R."""
-    return kernel("depth").on_rays(_numbers(camera), [sky])
+    return _kernel("depth", len(sky)).on_rays(_numbers(camera), [sky])
 
 
 def _request(wanted: Wanted) -> str:
@@ -76,7 +68,17 @@ def _called(name: str, camera: Viewer, columns: list[np.ndarray], end: End, *num
         numbers_of_end = ()
     else:
         numbers_of_end = end.numbers()
-    return kernel(f"{name}_{end.kernel}").on_rays((*_numbers(camera), *numbers, *numbers_of_end), columns)
+    called = _kernel(f"{name}_{end.kernel}", len(columns[0]))
+    return called.on_rays((*_numbers(camera), *numbers, *numbers_of_end), columns)
+
+
+def _kernel(name: str, count: int) -> Any:
+    """The kernel of that name, for so many rays."""
+    if not on_accelerator(count):
+        return kernel(name)
+    from kerrcaustics.beams.kernels.device import device_kernel
+
+    return device_kernel(name)
 
 
 @lru_cache(maxsize=64)

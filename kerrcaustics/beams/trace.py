@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams.accelerator import most_on_accelerator, on_accelerator
+from kerrcaustics.beams.accelerator import MOST_RAYS, on_accelerator
 from kerrcaustics.beams.beam import Beams, Rays, engines_used
 from kerrcaustics.beams.directions import as_vectors, normalised
 from kerrcaustics.beams.dispatch import followed
@@ -227,7 +227,7 @@ def _traced(
     directions, shape = as_vectors(sky)
     count = len(directions)
     in_one_stream = on_accelerator(count)
-    size = most_on_accelerator() if in_one_stream else _BLOCK
+    size = MOST_RAYS if in_one_stream else _BLOCK
 
     def block(start: int) -> Fields:
         block_rays = slice(start, start + size)

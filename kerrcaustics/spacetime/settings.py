@@ -36,7 +36,14 @@ def own_settings() -> Iterator[None]:
 
     As a decorator too. If the user's settings are these already, it costs next to nothing.
     """
-    with ExitStack() as changed, jax.ensure_compile_time_eval():
+    with jax.ensure_compile_time_eval(), settings_of_programs():
+        yield
+
+
+@contextmanager
+def settings_of_programs() -> Iterator[None]:
+    """The same where a program is made but not called: its constants become part of it."""
+    with ExitStack() as changed:
         for name, (setting, required) in _JAX.items():
             current = getattr(jax.config, name)
             if current != required and not (current in _UNGUARDED and required in _UNGUARDED):

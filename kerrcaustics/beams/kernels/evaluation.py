@@ -12,17 +12,24 @@ from kerrcaustics.beams.kernels.loops import Loop, loops_of
 from kerrcaustics.beams.kernels.lowering import Lowered
 
 
+def _repeated(condition: Callable[[Any], Any], turn: Callable[[Any], Any], start: Any) -> Any:
+    while condition(start):
+        start = turn(start)
+    return start
+
+
 @dataclass(frozen=True)
 class Arithmetic:
     """Numbers and what can be done with them.
 
     operations: functions by the names of operations of a graph; number: a constant, as a number of this kind; any: True
-    if one of some flags holds.
+    if one of some flags holds; repeated: what is left of a start by a turn, over and over, while a condition holds.
     """
 
     operations: Mapping[str, Callable[..., Any]]
     number: Callable[[float | bool], Any]
-    any: Callable[[Any], bool]
+    any: Callable[[Any], Any]
+    repeated: Callable[..., Any] = _repeated
 
 
 DOUBLES = Arithmetic({**ROUNDED_ONCE, **ELEMENTARY}, np.asarray, np.any)
@@ -91,15 +98,21 @@ class _Run:
 
     def _run(self, loop: Loop) -> list[Any]:
         """The numbers that a loop leaves."""
-        select, carried = self._arithmetic.operations["select"], [self._values[n] for n in loop.before]
-        while True:
+        select, first = self._arithmetic.operations["select"], [self._values[n] for n in loop.before]
+
+        def goes_on(carried: list[Any]) -> Any:
             values = zip(loop.carried, carried, strict=True)
             self._values.update({node: value for node, value in values if node is not None})
             self._evaluate(loop.condition)
-            goes_on = self._values[loop.goes_on]
-            if not self._arithmetic.any(goes_on):
-                return carried
+            return self._values[loop.goes_on]
+
+        def turn(state: tuple[Any, list[Any]]) -> tuple[Any, list[Any]]:
+            # Where turns are made into a program, nothing is known in one from outside.
+            flag = goes_on(state[1])
             self._evaluate(loop.turn)
-            carried = [
-                select(goes_on, self._values[after], before) for after, before in zip(loop.after, carried, strict=True)
-            ]
+            values = [self._values[node] for node in loop.after]
+            carried = [select(flag, after, before) for after, before in zip(values, state[1], strict=True)]
+            return goes_on(carried), carried
+
+        start = (goes_on(first), first)
+        return self._arithmetic.repeated(lambda state: self._arithmetic.any(state[0]), turn, start)[1]
