@@ -19,6 +19,8 @@ WEIGHTS = {
     "cosine": lambda t: 1 + np.cos(2 * np.pi * t),
 }
 VARIANCES = {"box": 1 / 12, "triangle": 1 / 24, "cosine": 1 / 12 - 1 / (2 * math.pi**2)}
+# Curves of one's own: the triangle again; one that opens fast, stands and closes slowly; a double exposure.
+TRIANGLE, SLOW, DOUBLE = (0.0, 2.0, 0.0), (0.0, 3.0, 3.0, 2.0, 1.0, 0.0), (1.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 VELOCITY = (-0.3, 0.0, 0.2)
 CAMERA = kc.Camera(0.999, 6.03, velocity=VELOCITY)
 SMALL = 48, 30
@@ -57,6 +59,14 @@ def blurred(way, middle, sky, disk=None, weight="box"):
     return kc.render(CAMERA, middle, sky, disk=disk, motion=motion_of(way, middle, weight)).light
 
 
+def curve_of(weight):
+    """The weight of moments, whose integral is 1 but for that of small steps."""
+    if weight in WEIGHTS:
+        return WEIGHTS[weight]
+    times = np.linspace(-0.5, 0.5, len(weight))
+    return lambda t: np.interp(t, times, weight) / np.trapezoid(weight, times)
+
+
 def mean_of_moments(way, middle, sky, disk=None, count=64, weight="box"):
     total, moments = [], (np.arange(count) + 0.5) / count - 0.5
     for moment in moments:
@@ -64,7 +74,7 @@ def mean_of_moments(way, middle, sky, disk=None, count=64, weight="box"):
         turned = None if sky is None else kc.skies.TurnedSky(sky, -azimuth)
         on_disk = None if disk is None else turned_disk(disk, -azimuth)
         total.append(kc.render(camera, view, turned, disk=on_disk, time=time).light)
-    return np.average(total, axis=0, weights=WEIGHTS[weight](moments))
+    return np.average(total, axis=0, weights=curve_of(weight)(moments))
 
 
 def differences(one, other):
@@ -203,6 +213,11 @@ def test_motion_that_is_none_is_refused_in_drafts_too():
         ({"azimuths": (0.0, math.nan)}, "`azimuths` must be two finite numbers"),
         ({"times": (0.0,)}, "`times` must be two finite numbers"),
         ({"weight": "round"}, "`weight` must be one of box, triangle, cosine"),
+        ({"weight": [1.0]}, "`weight` must be one of box, triangle, cosine, or 2 to 1,000 finite numbers"),
+        ({"weight": [0, 0]}, r"`weight` must .* not all 0, but is \[0, 0\]"),
+        ({"weight": [1, -1]}, "`weight` must .* none of them negative"),
+        ({"weight": [[1, 1]]}, "`weight` must .* finite numbers"),
+        ({"weight": [1, math.inf]}, "`weight` must .* finite numbers"),
     ],
 )
 def test_what_is_no_motion_is_refused(values, words):
@@ -251,6 +266,34 @@ def test_a_part_of_a_weight_is_divided_as_the_whole_is(shape):
     assert np.allclose(quarter.spread, 4 * whole.spread[5:10], rtol=1e-9)
 
 
+@pytest.mark.parametrize("count", [1, 7, 32])
+@pytest.mark.parametrize("curve", [SLOW, DOUBLE])
+def test_parts_of_a_curve_of_ones_own_are_those_of_small_steps(curve, count):
+    """Where the shutter is shut for a whole part, that has no light."""
+    parts = ShutterWeight(curve).divided(count)
+    t = (np.arange(count * 9000) + 0.5) / (count * 9000) - 0.5
+    rows = np.interp(t, np.linspace(-0.5, 0.5, len(curve)), curve).reshape(count, -1)
+    assert np.allclose(parts.light, rows.mean(axis=1) / rows.mean(), atol=2e-7)
+    lit = rows.mean(axis=1) > 1e-6
+    assert np.allclose(parts.moment[lit], np.average(t.reshape(count, -1)[lit], axis=1, weights=rows[lit]), atol=1e-7)
+    squares = np.average(t.reshape(count, -1)[lit] ** 2, axis=1, weights=rows[lit])
+    assert np.allclose(parts.moment[lit] ** 2 + parts.spread[lit] ** 2 / 12, squares, atol=1e-7)
+    assert np.isfinite(parts).all()
+
+
+def test_a_curve_of_ones_own_that_is_the_triangle_makes_its_parts():
+    one, other = (
+        ShutterWeight(TRIANGLE).part(-0.3, 0.4).divided(5),
+        ShutterWeight("triangle").part(-0.3, 0.4).divided(5),
+    )
+    assert np.allclose(one, other, rtol=1e-9, atol=1e-12)
+
+
+def test_a_part_in_which_the_shutter_is_shut_has_no_light():
+    parts = ShutterWeight(DOUBLE).part(0.0, 0.1).divided(3)
+    assert not parts.light.any() and np.isfinite(parts).all()
+
+
 # Far from the hole and away from it: as the camera goes round, stars on the equator run straight along the middle row.
 AWAY = kc.Camera(0.9, 1e4, velocity="static")
 
@@ -287,7 +330,7 @@ def test_what_changes_evenly_is_the_same_with_all_weights_and_squares_have_their
 
 @pytest.mark.slow
 @pytest.mark.parametrize("turn", [0.07, 0.16])
-@pytest.mark.parametrize("weight", WEIGHTS)
+@pytest.mark.parametrize("weight", [*WEIGHTS, SLOW])
 def test_the_streak_of_a_star_has_the_profile_of_the_weight(weight, turn):
     """Short enough to be drawn as one trace, and so long that it is drawn from two halves."""
     view, motion = away(turn, weight)
@@ -295,20 +338,21 @@ def test_the_streak_of_a_star_has_the_profile_of_the_weight(weight, turn):
     column = luminance(kc.render(AWAY, view, sky, motion=motion).light).sum(axis=0)
     length = turn / 0.25 * 128
     t = (np.arange(100_000) + 0.5) / 100_000 - 0.5
-    shut = np.interp((np.arange(128) - 63) / length, t, np.cumsum(WEIGHTS[weight](t)) / len(t))
+    shut = np.interp((np.arange(128) - 63) / length, t, np.cumsum(curve_of(weight)(t)) / len(t))
     # To a quarter of a pixel of the streak: an image is a spline three pixels wide.
     assert np.allclose(np.cumsum(column) / column.sum(), shut, atol=0.25 / length)
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("weight", ["cosine", SLOW], ids=["cosine", "slow"])
 @pytest.mark.parametrize("way", [falling, waiting])
-def test_a_weighted_picture_is_the_weighted_mean_of_its_moments(way):
+def test_a_weighted_picture_is_the_weighted_mean_of_its_moments(way, weight):
     """Sky, disk and shadow edge of a camera that falls in pieces of the exposure; a disk before one that stays."""
     middle, sky = view_of(SMALL), kc.skies.Checkerboard()
     disk = kc.disks.Disk(9.26, 18.7, kc.disks.Swatches(), opacity=0.7)
-    found = {name: blurred(way, middle, sky, disk, name) for name in ("box", "cosine")}
-    mean = mean_of_moments(way, middle, sky, disk, 16, "cosine")
-    difference, light = differences(found["cosine"], mean)
+    found = {name: blurred(way, middle, sky, disk, name) for name in ("box", weight)}
+    mean = mean_of_moments(way, middle, sky, disk, 16, weight)
+    difference, light = differences(found[weight], mean)
     assert difference < 0.02 and abs(light) < 0.01
     # Of the fall 0.57: what patches and moments are off with any weight.
     assert difference < 0.7 * differences(found["box"], mean)[0]

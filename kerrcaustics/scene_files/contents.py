@@ -349,7 +349,7 @@ class FilmTable(SceneTable, kw_only=True, frozen=True):
     start: FilmTime | None = None
     end: FilmTime | None = None
     shutter_deg: Annotated[float, Meta(ge=0, le=360, description="degrees")] = 0.0
-    shutter_weight: ShutterShape = "box"
+    shutter_weight: ShutterShape | tuple[float, ...] = "box"
 
 
 class OverlaysTable(SceneTable, kw_only=True, frozen=True):

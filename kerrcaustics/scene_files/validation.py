@@ -8,6 +8,7 @@ from typing import Any, NoReturn, get_args
 
 from kerrcaustics.choices import VelocityName, either
 from kerrcaustics.scene_files.contents import CAMERA_VIEW, SCREEN, Contents, GeodesicTable, PathTable
+from kerrcaustics.scenes.motion import shutter_weight
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.kerr import checked_spin
 
@@ -76,6 +77,8 @@ def check_contents(contents: Contents) -> None:
         reject("view.look", "be three numbers that are not all zero", list(look))
     if film is not None:
         _check_either("film", film, "frames", "duration")
+        with about("film"):
+            shutter_weight("shutter_weight", film.shutter_weight)
     for i, halo in enumerate(contents.light.flare or ()):
         if (halo.file is None) == (halo.share is None) or (halo.share is None) != (halo.width is None):
             reject(f"light.flare[{i}]", "have either share and width, or file", "neither or both")

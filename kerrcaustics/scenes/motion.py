@@ -2,19 +2,25 @@
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.interpolate import PPoly
 
 from kerrcaustics.choices import ShutterShape
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.shapes import Float
-from kerrcaustics.spacetime.checks import one_of, quoted, real_number, refuse_tracer
+from kerrcaustics.spacetime.checks import one_of, quoted, real_array, real_number, refuse_tracer
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
+
+# Numbers of a curve of one's own.
+_MOST_NUMBERS = 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,9 +37,10 @@ class ShutterMotion:
         phi of the camera at these moments, radians, relative to the middle.
     times : (float, float)
         Coordinate time of these moments, relative to the middle, for the pattern of a disk.
-    weight : str
+    weight : str or sequence of float
         How much each moment counts: "box", all alike; "triangle", growing from 0 to the middle and falling again;
-        "cosine", 1 + cos(2 pi t), a smooth bell. All let through the same amount of light.
+        "cosine", 1 + cos(2 pi t), a smooth bell; or a curve of one's own, 2 to 1,000 numbers at equal steps from the
+        first moment to the last, joined by straight lines. All let through the same amount of light.
 
     Raises
     ------
@@ -57,7 +64,7 @@ class ShutterMotion:
     views: tuple[Raster, Raster]
     azimuths: tuple[float, float] = (0.0, 0.0)
     times: tuple[float, float] = (0.0, 0.0)
-    weight: ShutterShape = "box"
+    weight: ShutterShape | Sequence[float] = "box"
 
     def __post_init__(self) -> None:
         """Raise ValueError unless the two moments are valid."""
@@ -70,7 +77,7 @@ class ShutterMotion:
             refuse_tracer(name, value)
             if not _two(value) or not all(math.isfinite(real_number(name, number)) for number in value):
                 raise ValueError(f"Argument `{name}` must be two finite numbers, but is {quoted(value)}.")
-        one_of("weight", self.weight, get_args(ShutterShape))
+        shutter_weight("weight", self.weight)
 
     def about(self, camera: Viewer, view: Raster, time: float) -> "Exposure":
         """The exposure with this moment in its middle."""
@@ -84,7 +91,7 @@ class ShutterMotion:
             ExposedMoment(*parts[:3], time + parts[3])
             for parts in zip(self.cameras, self.views, self.azimuths, self.times, strict=True)
         )
-        return Exposure(first, ExposedMoment(camera, view, 0.0, time), last, ShutterWeight(self.weight))
+        return Exposure(first, ExposedMoment(camera, view, 0.0, time), last, shutter_weight("weight", self.weight))
 
 
 class ExposedMoment(NamedTuple):
@@ -113,24 +120,29 @@ class ShutterParts(NamedTuple):
 
 
 class ShutterWeight(NamedTuple):
-    """The weight w(t) of moments, whose integral is 1, and the part of a shutter's time, -1/2 to 1/2, that is meant."""
+    """The weight w(t) of moments, whose integral is 1, and the part of a shutter's time, -1/2 to 1/2, that is meant.
 
-    shape: str = "box"
+    shape: a name, or the numbers of a curve of one's own.
+    """
+
+    shape: str | tuple[float, ...] = "box"
     low: float = -0.5
     high: float = 0.5
 
     def over(self, middle: ArrayLike, length: float) -> ShutterParts:
-        """Parts of the exposure, each of this length, about moments."""
+        """Parts of the exposure, each of this length, about moments; no light: as those of a box."""
         middle = np.asarray(middle, float)
         if self.shape == "box":
             return ShutterParts(middle, np.ones(middle.shape), np.full(middle.shape, length))
         whole, centre = self.high - self.low, (self.low + self.high) / 2
-        ends = (centre + whole * (middle + side * length) for side in (-0.5, 0.5))
-        start, stop = (_sums(self.shape, end) for end in ends)
-        sums = stop - start
-        mean = sums[1] / sums[0]
-        spread = np.sqrt(np.maximum(12 * (sums[2] / sums[0] - mean**2), 0)) / whole
-        return ShutterParts((mean - centre) / whole, sums[0] / self._whole / length, spread)
+        start, stop = (_sums(self.shape, centre + whole * (middle + side * length)) for side in (-0.5, 0.5))
+        sums, all_light = stop - start, self._whole
+        lit = sums[0] > 0
+        share = np.where(lit, sums[0], 1.0)
+        mean = np.where(lit, sums[1] / share, centre + whole * middle)
+        spread = np.sqrt(np.maximum(12 * (sums[2] / share - mean**2), 0)) / whole
+        light = sums[0] / all_light / length if all_light > 0 else np.zeros(middle.shape)
+        return ShutterParts((mean - centre) / whole, light, np.where(lit, spread, length))
 
     def divided(self, count: int) -> ShutterParts:
         """Parts of equal length, in order of time."""
@@ -152,15 +164,46 @@ BOX = ShutterWeight()
 """All moments count alike."""
 
 
-def _sums(shape: str, t: Array) -> Array:
-    """Integrals (3, ...) from 0 to t of w, of w t and of w t^2."""
+def shutter_weight(name: str, value: Any) -> ShutterWeight:
+    """The weight that an argument of that name describes; ValueError if it is none."""
+    if isinstance(value, str):
+        one_of(name, value, get_args(ShutterShape))
+        return ShutterWeight(value)
+    with suppress(ValueError, TypeError):
+        curve = real_array(name, value)
+        if curve.ndim == 1 and 2 <= len(curve) <= _MOST_NUMBERS and (curve >= 0).all() and 0 < curve.sum() < math.inf:
+            return ShutterWeight(tuple(curve.tolist()))
+    names = ", ".join(get_args(ShutterShape))
+    raise ValueError(
+        f"Argument `{name}` must be one of {names}, or 2 to {_MOST_NUMBERS:,} finite numbers, none of them negative "
+        f"and not all 0, but is {quoted(value)}."
+    )
+
+
+def _sums(shape: str | tuple[float, ...], t: Array) -> Array:
+    """Integrals (3, ...) from one moment to t of w, of w t and of w t^2."""
     t = np.clip(t, -0.5, 0.5)
+    if isinstance(shape, tuple):
+        return np.stack([integral(t) for integral in _integrals(shape)])
     if shape == "triangle":
         size = np.abs(t)
         return np.stack([2 * t * (1 - size), t**2 * (1 - 4 / 3 * size), t**3 * (2 / 3 - size)])
     k = 2 * math.pi
     s, c = np.sin(k * t) / k, np.cos(k * t) / k**2
     return np.stack([t + s, t**2 / 2 + t * s + c, t**3 / 3 + t**2 * s + 2 * t * c - 2 * s / k**2])
+
+
+@lru_cache(maxsize=16)
+def _integrals(curve: tuple[float, ...]) -> list[PPoly]:
+    """Integrals of w, of w t and of w t^2 for numbers joined by straight lines."""
+    times = np.linspace(-0.5, 0.5, len(curve))
+    weight = np.array(curve) / np.trapezoid(curve, times)
+    power, found = np.array([np.diff(weight) / np.diff(times), weight[:-1]]), []
+    for _ in range(3):
+        found.append(PPoly(power, times).antiderivative())
+        # The product with t, which is s beyond the beginning of a piece.
+        power = np.pad(power, ((0, 1), (0, 0))) + np.pad(power * times[:-1], ((1, 0), (0, 0)))
+    return found
 
 
 class Exposure(NamedTuple):

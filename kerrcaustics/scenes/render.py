@@ -1,9 +1,10 @@
 """Rendering: the beams of all pixels of a view, and the light of a sky and of a disk in them."""
 
 import math
+from collections.abc import Sequence
 from functools import cached_property
 from time import perf_counter as clock
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from kerrcaustics.scenes.disk.crossings import DiskCells, DiskCrossings, Lattice
 from kerrcaustics.scenes.disk.disk import Disk, disk_about
 from kerrcaustics.scenes.disk.lighting import Looks, lit
 from kerrcaustics.scenes.disk.veil import Glowing, check_volume, veil_over
-from kerrcaustics.scenes.motion import Exposure, ShutterMotion, ShutterWeight
+from kerrcaustics.scenes.motion import Exposure, ShutterMotion, ShutterWeight, shutter_weight
 from kerrcaustics.scenes.motion_blur import Matter, blurred_matter, blurred_sky
 from kerrcaustics.scenes.raster import Raster, check_picture
 from kerrcaustics.scenes.scene_checks import check_uses, checked_moment, map_error
@@ -25,7 +26,7 @@ from kerrcaustics.scenes.sky_cells import SkyCells
 from kerrcaustics.scenes.sky_light import Parts, Shifts, Sky, check_sky, sky_light
 from kerrcaustics.scenes.star_search import StarSearch
 from kerrcaustics.shapes import Float
-from kerrcaustics.spacetime.checks import flags, instance_of, one_of
+from kerrcaustics.spacetime.checks import flags, instance_of
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -105,7 +106,7 @@ class TracedView(Shown):
         delay: bool = False,
         time: float = 0.0,
         turn: float = 0.0,
-        turn_weight: ShutterShape = "box",
+        turn_weight: ShutterShape | Sequence[float] = "box",
         draft: bool = False,
     ) -> Rendering:
         """A sky, a disk and a volume as they are seen in this view; parameters as for `render`.
@@ -120,8 +121,8 @@ class TracedView(Shown):
         shape = self.view.height, self.view.width
         light, transmission = np.zeros((*shape, 3), np.float32), None
         if sky is not None:
-            one_of("turn_weight", turn_weight, get_args(ShutterShape))
-            light = self._sky_light(sky, Shifts(beaming, colour_shift), turn, ShutterWeight(turn_weight))
+            weight = shutter_weight("turn_weight", turn_weight)
+            light = self._sky_light(sky, Shifts(beaming, colour_shift), turn, weight)
         cells: tuple[DiskCells, ...] = ()
         if disk is not None:
             self._check_disk(disk, delay)

@@ -108,7 +108,8 @@ def sky_light(
         supersampled = [*left, *(Parts(p.place.T, p.side, f) for p, f in zip(pieces, footprints, strict=True))]
         sweep = turn + getattr(sky, "sweep", 0.0)
         drift = 0.0 if getattr(sky, "smooth", False) else sweep
-        blur = drift * float(weight.over(0.0, 1.0).spread)
+        moment, _, spread = (float(part) for part in weight.over(0.0, 1.0))
+        motion = drift * moment, drift * spread
         for now, which, times in _sweeps(cells, np.flatnonzero(count == 1), drift, weight):
 
             def store(part: Pixels, now: SkyCells = now, times: _Times = times) -> None:
@@ -122,7 +123,7 @@ def sky_light(
 
             list(pool.map(store, places(now, which, 1)))
         points: PointLights | None = getattr(sky, "points", None)
-        for pixel, values in pool.map(lambda part: _part_light(sky, view, part, shifts, blur), _pieces(supersampled)):
+        for pixel, values in pool.map(lambda part: _part_light(sky, view, part, shifts, motion), _pieces(supersampled)):
             for channel in range(3):
                 np.add.at(light[:, channel], pixel, values[:, channel])
         light = light.reshape(view.height, view.width, 3)
@@ -215,13 +216,14 @@ def _pieces(parts: list[Parts]) -> Iterator[Parts]:
 
 
 def _part_light(
-    sky: Sky, view: Raster, part: Parts, shifts: Shifts, turn: float
+    sky: Sky, view: Raster, part: Parts, shifts: Shifts, motion: tuple[float, float]
 ) -> tuple[Int[Array, " m"], Float[Array, "m 3"]]:
-    """Pixels, and the light that parts of them add."""
+    """Pixels, and the light that parts of them add; motion: the mean turn of the sky, and its extent."""
     x, y = np.round(part.place).astype(int).T
     footprint = part.footprint.widened(ASPECT * part.side)
+    turned, turn = motion
     if turn:
-        footprint = _swept(footprint, turn * turning(footprint.direction))
+        footprint = _swept(footprint, turn * turning(footprint.direction)).turned(-turned)
     light = sky.light(footprint, *shifts)
     return y * view.width + x, light * (part.share * part.side**2)
 
