@@ -11,6 +11,7 @@ from kerrcaustics.draw.tracks import stretches
 from kerrcaustics.scripts import FIGURES, HOME
 from kerrcaustics.spacetime.frame import sky_from_fido
 from kerrcaustics.spacetime.shadow import edge_photons
+from kerrcaustics.spacetime.sphere import polar_basis
 
 NEAR, FAR = kc.Camera(0.999, 2.6), kc.Camera(0.999, 6.03)
 # The star of figures 5 and 6, 18 degrees above the plane (following JTFT, whose polar angle of 0.608 pi grows upward),
@@ -229,6 +230,53 @@ def test_images_are_stretched_along_the_primary_curve():
     across = azimuthal_equidistant(sky, view_axes(NEAR, kc.shadow_edge(NEAR, 2000)))[:, 0]
     thin = diameters[[across.argmin(), across.argmax()], 0]
     np.testing.assert_allclose(thin, [2.09, 15.71], rtol=2e-3)
+
+
+@pytest.mark.parametrize(("camera", "speed"), [(FAR, 20.0), (NEAR, 19.3)], ids=["r=6.03", "r=2.6"])
+def test_the_flow_of_images_is_sheared_at_the_primary_curve(camera, speed):
+    """Half a degree outside the curve images run along it one way, as far inside the other way, and fast.
+
+    In the median so many times as fast as the stars turn about the camera; half as far from the curve, twice as fast.
+    """
+    sky = kc.caustics(camera, orders=1)[0].sky
+    along = np.roll(sky, -1, axis=0) - np.roll(sky, 1, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    outward = np.cross(along, sky)
+    outward *= -np.sign(outward @ sky.mean(axis=0))[:, None]
+    flows = []
+    for away in np.radians((0.5, -0.5, 0.25)):
+        beside = sky * math.cos(away) + outward * math.sin(away)
+        beams = kc.trace_beams(camera, beside)
+        # The camera goes round toward larger phi', so the stars go the other way.
+        turning = np.cross([0.0, 0.0, -1.0], beams.direction)
+        motion = np.stack([(axis * turning).sum(axis=1) for axis in polar_basis(beams.direction)], axis=-1)
+        images = np.linalg.solve(beams.jacobian, motion[..., None])[..., 0]
+        velocity = sum(images[:, i, None] * axis for i, axis in enumerate(kc.tangent_basis(beside)))
+        flows.append((velocity * along).sum(axis=1))
+    # But for the two points in the plane, where the flow crosses the curve.
+    off_plane = np.abs(sky[:, 2]) > 0.02
+    assert (flows[0] * flows[1] < 0)[off_plane].all() and off_plane.mean() > 0.9
+    assert np.median(np.abs(flows[0])) == pytest.approx(speed, rel=0.02)
+    assert np.median((flows[2] / flows[0])[off_plane]) == pytest.approx(2, abs=0.05)
+
+
+def test_the_shadow_of_a_fast_hole_is_a_d_and_that_of_the_films_hole_is_round():
+    """Seen from its equatorial plane, far away: with spin 1 straight at x = -2 M for |y| < sqrt(3) M.
+
+    With 0.999 two fifths of its height lie within 1 % of the left side. With 0.6 it is round to 1.3 %.
+    """
+    edges = {a: kc.shadow_edge(kc.Observer(spin=a, inclination=math.pi / 2), 4000) for a in (0.6, 0.999, 1 - 1e-12)}
+    straight = np.abs(edges[1 - 1e-12][:, 1]) < math.sqrt(3) - 1e-3
+    left = edges[1 - 1e-12][:, 0] < 0
+    np.testing.assert_allclose(edges[1 - 1e-12][straight & left, 0], -2, atol=2e-5)
+    assert (straight & left).sum() > 100
+    parts, roundness = {}, {}
+    for spin, (x, y) in ((spin, edge.T) for spin, edge in edges.items()):
+        parts[spin] = np.ptp(y[x < x.min() + 0.01 * np.ptp(x)]) / np.ptp(y)
+        away = np.hypot(x - (x.min() + x.max()) / 2, y)
+        roundness[spin] = np.ptp(away) / (away.max() + away.min())
+    assert parts[0.999] == pytest.approx(0.403, abs=0.002) and parts[0.6] == pytest.approx(0.2, abs=0.002)
+    assert roundness[0.6] == pytest.approx(0.012, abs=0.001) and roundness[0.999] == pytest.approx(0.080, abs=0.001)
 
 
 @pytest.mark.slow
