@@ -7,6 +7,7 @@ from .scenes.disk.emission import (
     PowerLaw as PowerLaw,
     Swatches as Swatches,
 )
+from .scenes.disk.function_emission import FunctionEmission as FunctionEmission
 from .scenes.disk.orbiting_spots import OrbitingSpots as OrbitingSpots
 from .scenes.disk.profile import LineProfile as LineProfile
 from .scenes.disk.spots import Spots as Spots

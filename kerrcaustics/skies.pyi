@@ -10,6 +10,7 @@ from .scenes.catalogue import (
 from .scenes.celestial_picture import celestial_picture as celestial_picture
 from .scenes.checkerboard import Checkerboard as Checkerboard
 from .scenes.footprint import Footprint as Footprint
+from .scenes.function_sky import FunctionSky as FunctionSky
 from .scenes.panorama import Panorama as Panorama, save_sky as save_sky
 from .scenes.star_field import StarField as StarField
 from .scenes.turned_sky import TurnedSky as TurnedSky

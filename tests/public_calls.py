@@ -64,6 +64,7 @@ CALLS = [
     ),
     (kc.skies.Checkerboard, {"rows": 4, "columns": 8, "gap": 0.1}),
     (kc.skies.Panorama, {"light": LIGHT, "orientation": np.eye(3), "aspect": 16.0}),
+    (kc.skies.FunctionSky, {"function": np.abs, "detail": 0.1}),
     (kc.skies.TurnedSky, {"sky": kc.skies.Checkerboard(), "angle": 0.1}),
     (kc.skies.StarCatalogue, {"direction": [[1.0, 0.0, 0.0]], "magnitude": [1.0], "colour_index": [1.0]}),
     (
@@ -81,6 +82,7 @@ CALLS = [
     (kc.disks.Spots, {"radius": 8.0, "azimuth": 0.1, "temperature": 4000.0, "size": 0.1, "streak": 0.1}),
     (kc.disks.OrbitingSpots, {"radius": 8.0, "phase": 0.1, "inclination": 0.2, "node": 0.3, "size": 0.1}),
     (kc.disks.Wisps, {**RIMS, "peak": 4500.0, "depth": 1.0, "contrast": 1.0, "seed": 0}),
+    (kc.disks.FunctionEmission, {"function": np.multiply, "detail": 0.1}),
     (kc.disks.Volume, {**RIMS, "density": 1.0, "temperature": 4000.0, "scale": 0.5, "brightness": 1.0}),
     (kc.disks.VolumeGrid, {**RIMS, "values": np.ones((3, 3, 3))}),
     (kc.pictures.black_body, {"temperature": 4000.0, "white": 6504.0}),

@@ -55,6 +55,8 @@ MADE = {
     "Texture": [kc.disks.Texture(np.ones((4, 8, 3)))],
     "Volume": [kc.disks.Volume(0.1, 6504.0, inner=5.0, outer=8.0)],
     "VolumeGrid": [kc.disks.VolumeGrid(np.ones((4, 4, 1)), inner=5.0, outer=8.0)],
+    "FunctionEmission": [kc.disks.FunctionEmission(np.multiply, 0.1)],
+    "FunctionSky": [kc.skies.FunctionSky(np.abs, 0.1)],
     "Wisps": [kc.disks.Wisps(4500.0, 6.0, 9.0, seed=3)],
     "MeasuredResponse": [RESPONSE],
     "ShutterMotion": [kc.pictures.ShutterMotion((CAMERA, CAMERA), (VIEW, VIEW), times=(-0.2, 0.2))],

@@ -9,7 +9,7 @@ import numpy as np
 
 from kerrcaustics.choices import Quality
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import apart, left_out, one_of, quoted, real_number
+from kerrcaustics.spacetime.checks import apart, left_out, one_of, quoted, real_array, real_number
 
 _MAP_ERRORS: dict[Quality, float] = dict(zip(get_args(Quality), (0.05, 0.01, 0.0025), strict=True))
 
@@ -61,6 +61,20 @@ def check_light(name: str, values: np.ndarray) -> None:
     if bad := not_light(values):
         more = f", but {bad} of {values.size} are not" if values.size > 1 else ""
         raise ValueError(f"Argument `{name}` must hold finite numbers that are not negative{more}.")
+
+
+def checked_light(function: Callable[..., Any], *places: np.ndarray) -> np.ndarray:
+    """The light (n, 3) that a user's function returns for n places; ValueError if that is none."""
+    light = real_array("function", function(*places))
+    if light.shape != (len(places[0]), 3):
+        raise ValueError(
+            f"Argument `function` must return light of the shape ({len(places[0])}, 3), but its has {light.shape}."
+        )
+    if bad := not_light(light):
+        raise ValueError(
+            f"Argument `function` must return finite numbers that are not negative, but {bad} of {light.size} are not."
+        )
+    return light
 
 
 def check_light_of_file(path: str | os.PathLike[str], bad: int) -> None:

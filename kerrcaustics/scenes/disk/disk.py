@@ -109,7 +109,7 @@ class Disk:
             check_rims(self.inner, self.outer)
         missing = [name for name in ("light", "parts") if not hasattr(self.emission, name)]
         if missing:
-            kinds = "BlackBody, PowerLaw, PageThorne, Swatches, Texture, Spots or Wisps"
+            kinds = "BlackBody, PowerLaw, PageThorne, Swatches, Texture, Spots, Wisps or FunctionEmission"
             raise ValueError(
                 f"Argument `emission` must be a {kinds}, or have the methods `light` and `parts`, but is "
                 f"{quoted(self.emission)}, without {' and '.join(f'`{name}`' for name in missing)}."
