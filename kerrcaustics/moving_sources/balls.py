@@ -35,6 +35,8 @@ _NEWTON, _CLOSE = 8, 1e-7
 # Curvature of a path over the ball's radius above which the ray is evaluated at closest approach, and the part of the
 # radius within which corrections of places fade.
 _BENT, _MIDDLE = 1e-3, 1e-3
+# Steps along a path toward its closest approach: as many, and more for rays that are still too far from it.
+_STEPS, _MOST_STEPS = 2, 6
 # Steps along a spine: the first in radii of the ball by the steeper slope, by how much each may grow, how far xi_n may
 # go in one as a part of what is left to the limb and at least in radii, the least cosine of a turn, and the most steps.
 _FIRST, _GROWTH, _FAR, _LEAST_FAR, _STRAIGHT, _MOST = 0.3, 1.8, 0.4, 0.04, 0.9, 150
@@ -193,12 +195,17 @@ class Ball:
             return rays
         best, aim = near[far], radius[far]
         radius = rays.places.radius.copy()
+        enough = np.sqrt(_BENT * self.size / radius[far])
         for leaf in (sights.second[far], ~sights.second[far]):
             start = aim
-            for _ in range(2):
+            for step in range(_MOST_STEPS):
+                # No further than needed: where a ray turns back its derivatives grow without limit.
+                away = (step < _STEPS) | ~(best <= enough)
+                if not away.any():
+                    break
                 trial = self.source.arrivals(sights.sky[far], sights.time[far], leaf, start)
                 with np.errstate(invalid="ignore"):
-                    better = trial.beside[0] < best
+                    better = away & (trial.beside[0] < best)
                 best = np.where(better, trial.beside[0], best)
                 radius[far[better]], second[far[better]] = start[better], leaf[better]
                 start = trial.beside[1] * trial.places.radius
