@@ -65,7 +65,7 @@ def seen(ax: Axes, camera: kc.Camera) -> Axes:
     """The swatches as a camera sees them, critical curves, and the direction of motion."""
     picture = kc.pictures.tone_mapped(kc.render(camera, VIEW, SKY).light, exposure=1.0)
     show_picture(ax, VIEW, picture)
-    show_critical_curves(ax, VIEW, kc.caustics(camera, orders=3), linewidth=0.8)
+    show_critical_curves(ax, VIEW, kc.caustics(camera, orders=3), on_black=True, linewidth=1.3)
     look = {"markersize": 8, "color": "red", "markeredgecolor": "black", "markeredgewidth": 2.0, "linestyle": "none"}
     look["path_effects"] = [withStroke(linewidth=4.0, foreground="white")]
     ax.plot(

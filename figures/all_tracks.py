@@ -27,6 +27,7 @@ import kerrcaustics as kc
 from kerrcaustics.curves.caustic import CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.picture_files import write_line_art
+from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
 from kerrcaustics.draw.titles import headline
 from kerrcaustics.draw.tracks import tracks_legend, tracks_on_sky, tracks_unrolled
 from kerrcaustics.tracks.tracks import StarTracks
@@ -36,6 +37,8 @@ STARS = {"(a)": 0.4 * math.pi, "(b)": 0.49 * math.pi}
 MAX_INDEX = 3
 # Position angle and distance in degrees where there is room for the name of an order.
 LABELS = {0: (90, 65), 1: (275, 4.5), 2: (90, 0.3), 3: (245, 0.006)}
+# The same on the sky: degrees right of the middle of the shadow and above it.
+SKY_LABELS = {0: (-48, 76), 1: (-24, -68), 2: (-3, 20), 3: (-3, -20)}
 
 
 def main(output: Path) -> list[Path]:
@@ -55,10 +58,19 @@ def main(output: Path) -> list[Path]:
 def draw_star(sky: Axes, unrolled: Axes, tracks: StarTracks, caustics: CausticSet, edge: np.ndarray, name: str) -> None:
     """The tracks of one star in both views, with the orders of the tracks."""
     tracks_on_sky(sky, tracks, caustics, edge).set_title(name)
+    axes = view_axes(CAMERA, edge)
     tracks_unrolled(unrolled, tracks, caustics, edge).set_title("drawn out at the shadow edge")
     for track in tracks.tracks:
         order = int(kc.trace_beams(CAMERA, track.sky[len(track) // 2]).crossings)
         unrolled.annotate(f"ε = {order}", LABELS[order], ha="center")
+        name_on_sky(sky, azimuthal_equidistant(track.sky, axes), order)
+
+
+def name_on_sky(ax: Axes, line: np.ndarray, order: int) -> None:
+    """The order of a track (n, 2) on the camera sky, and a line from it to the nearest place of the track."""
+    place = line[np.argmin(np.hypot(*(line - SKY_LABELS[order]).T))]
+    leader = {"arrowstyle": "-", "color": "#606060", "linewidth": 0.6, "shrinkA": 0, "shrinkB": 1}
+    ax.annotate(f"ε = {order}", tuple(place), SKY_LABELS[order], ha="center", va="center", arrowprops=leader)
 
 
 if __name__ == "__main__":

@@ -50,12 +50,15 @@ STAR, FAR, CONE = 150.0, 13.5, 24
 # horizontal, radians.
 SOURCES, LOCAL, TURN = 12.0, 1.4, 0.5
 VIOLET, PALE, SKY_COLOUR, GRID_COLOUR = "#8a2be2", "#b9a3d6", "#a9cbe8", "#d8d8d8"
-LABELS = {
-    "camera": (6.5, -1.6),
-    "primary\ncaustic": (-12.5, 0.6),
-    "secondary\ncaustic": (8.0, 0.6),
-    "to the star": (-5.6, 12.3),
-}
+LABELS = (
+    ("camera", (6.5, -1.6)),
+    ("primary caustic", (-10.6, 0.6)),
+    ("secondary\ncaustic", (8.0, 0.6)),
+    ("to the star", (-5.6, 12.3)),
+    ("to the star", (-12.9, 1.9)),
+    ("to a point straight behind", (-13.0, 7.0)),
+    ("horizon", (-1.8, -3.0)),
+)
 
 
 def main(output: Path) -> list[Path]:
@@ -83,7 +86,7 @@ def draw_rays(ax: Axes, caustics: CausticSet) -> Axes:
         path, colour = ray(line_of_sight, math.copysign(1, azimuth)), style.index_colour(index)
         ax.plot(*path, color=colour, linewidth=1.8, label=names[index])
     ax.plot(CAMERA.radius, 0, "ks", markersize=4)
-    for text, place in LABELS.items():
+    for text, place in LABELS:
         ax.annotate(text, place, fontsize=style.SMALLEST_TEXT)
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=2)
     ax.set(xlim=(-FAR, FAR), ylim=(-FAR, FAR), aspect="equal", xlabel="r cos φ (M)", ylabel="r sin φ (M)")

@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure, SubFigure
+from scipy.interpolate import Akima1DInterpolator
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
@@ -94,13 +95,16 @@ def draw_light(row: SubFigure, start: float, end: float) -> None:
     grid = np.linspace(start - margin, end + margin, 61)
     for k, size in enumerate(SIZES):
         radius = math.radians(size)
-        close = radius * np.concatenate([np.linspace(-1.2, 1.2, 17), np.geomspace(1.4, 12, 8)])
+        close = radius * np.concatenate([np.linspace(-1.25, 1.25, 21), np.geomspace(1.4, 12, 8)])
         # The path meets the caustic at a small angle at the start: the star is long on it.
         azimuths = np.unique(np.concatenate([grid, start + 3 * close, end - close]))
         light = [kc.magnification(FAST, (THETA, phi), radius).total for phi in azimuths.tolist()]
         line = {"color": style.PALETTE[k], "label": f"{size:g} deg"}
-        whole.plot(np.degrees(azimuths), light, **line)
-        near.plot(np.degrees(azimuths - end), light, **line)
+        # The light is known to 1e-9: a curve without corners leads from place to place.
+        fine = np.interp(np.arange(0, len(azimuths) - 1, 0.1), np.arange(len(azimuths)), azimuths)
+        smooth = Akima1DInterpolator(azimuths, light, method="makima")(fine)
+        whole.plot(np.degrees(fine), smooth, **line)
+        near.plot(np.degrees(fine - end), smooth, **line)
     point = end - np.geomspace(1e-6, math.radians(4), 60)
     light = [kc.star_images(FAST, (THETA, phi), 2).magnification.sum() for phi in point.tolist()]
     near.plot(np.degrees(point - end), light, ":", color="black", label="a point")

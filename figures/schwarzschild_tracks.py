@@ -3,10 +3,11 @@ Star tracks without spin
 ========================
 
 The stars of the Hipparcos-2 catalogue seen from a circular orbit round a hole without spin. Two of them are picked out,
-a bright one (red circles; Capella, of magnitude 0.2) and a dim one (yellow diamonds; 24 Lyncis, of magnitude 5.0), each
+a bright one (red circles; Capella, of magnitude 0.2) and a dim one (yellow diamonds; Muscida, of magnitude 3.5), each
 seen twice, outside the Einstein ring (violet) and inside it, on opposite sides of the shadow: the dashed line of the
 same colour joins the two images of a star through the direction of the hole. The lines are the tracks of both stars
-over an orbit, one colour for each star, with arrows that show which way the images move. Remakes JTFT figure 2.
+over an orbit, one colour for each star, with arrows that show which way the images move; within the marks they are left
+out. The brighter a star, the wider its halo. Remakes JTFT figure 2.
 
 The paper's: no spin, the camera's radius of 30 (following JTFT), two stars with two images each, in marks of these
 shapes and colours, the ring, tracks that close along the shadow. Ours: which stars these are, and the star field, which
@@ -25,6 +26,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Circle
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
@@ -38,8 +40,10 @@ from kerrcaustics.spacetime.frame import line_of_sight_from_sky, sky_from_fido
 CAMERA = kc.Camera(spin=0.0, radius=30)
 SKY = kc.skies.StarField()
 # Name, number in the catalogue, which is sorted by brightness, marker and colour.
-STARS = (("bright star", 6, "o", INDEX_ON_BLACK[0]), ("dim star", 1439, "D", INDEX_ON_BLACK[1]))
+STARS = (("bright star", 6, "o", INDEX_ON_BLACK[0]), ("dim star", 270, "D", INDEX_ON_BLACK[1]))
 VIEW = 45.0
+# Of the marks, points of type.
+MARK = 15.0
 
 
 def main(output: Path) -> list[Path]:
@@ -54,7 +58,7 @@ def main(output: Path) -> list[Path]:
         for (name, number, marker, colour), star in zip(STARS, stars, strict=True):
             draw_star(ax, axes, star, marker, colour)
             label = f"{name}, magnitude {SKY.catalogue.magnitude[number]:.1f}: images and tracks"
-            marks.append(Line2D([], [], label=label, color=colour, **mark(marker)))
+            marks.append(Line2D([], [], label=label, color=colour, **{**mark(marker), "markersize": 9}))
         handles = [*marks, curve_handle("Einstein ring")]
         figure.legend(handles=handles, loc="outside lower center", ncols=2, labelspacing=0.9)
         angles = " and ".join(f"{math.degrees(theta):.1f}" for theta, _ in stars)
@@ -70,7 +74,7 @@ def star_angles(number: int) -> tuple[float, float]:
 
 def mark(marker: str) -> dict[str, Any]:
     """An open mark, in which the image of the star is seen."""
-    return {"marker": marker, "markersize": 10, "markerfacecolor": "none", "markeredgewidth": 1.6}
+    return {"marker": marker, "markersize": MARK, "markerfacecolor": "none", "markeredgewidth": 1.6}
 
 
 def draw_star(ax: Axes, axes: np.ndarray, star: tuple[float, float], marker: str, colour: str) -> None:
@@ -78,7 +82,18 @@ def draw_star(ax: Axes, axes: np.ndarray, star: tuple[float, float], marker: str
     images = kc.star_images(CAMERA, star, max_index=1)
     ax.plot(*azimuthal_equidistant(joined(images.sky), axes).T, color=colour, linewidth=1.0, linestyle=(0, (2, 2)))
     places = azimuthal_equidistant(images.sky, axes)
+    uncover(ax, places)
     ax.plot(*places.T, color=colour, linestyle="none", zorder=4, **mark(marker))
+
+
+def uncover(ax: Axes, places: np.ndarray) -> None:
+    """Show the sky again above the lines within marks at places (n, 2), so that the stars in them are seen."""
+    below = ax.get_images()[0]
+    ax.apply_aspect()
+    points = 72 * ax.get_window_extent().width / ax.get_figure(root=True).dpi
+    for place in places:
+        above = ax.imshow(below.get_array(), extent=below.get_extent(), interpolation="antialiased", zorder=3)
+        above.set_clip_path(Circle(tuple(place), MARK / 2 / points * 2 * VIEW, transform=ax.transData))
 
 
 def joined(sky: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ import math
 from pathlib import Path
 
 import kerrcaustics as kc
-from kerrcaustics.draw.light_curves import light_curve_figure
+from kerrcaustics.draw.light_curves import crowded_times, light_curve_figure
 from kerrcaustics.draw.picture_files import write_picture
 
 CAMERA = kc.Camera(spin=0.998, radius=50.0, inclination=math.radians(75), velocity="static")
@@ -20,6 +20,8 @@ CAMERA = kc.Camera(spin=0.998, radius=50.0, inclination=math.radians(75), veloci
 
 def main(output: Path) -> list[Path]:
     light = kc.light_curve(CAMERA, 6.0, 400, size=0.1, crossings=3)
+    # A second time, with more times where images are born and die.
+    light = kc.light_curve(CAMERA, 6.0, crowded_times(light), size=0.1, crossings=3)
     return [write_picture(light_curve_figure(light), output / "spot_light_curve.png")]
 
 

@@ -15,7 +15,7 @@ from kerrcaustics.beams.ends import SKY
 from kerrcaustics.draw import palettes, plots, style
 from kerrcaustics.draw.projection import unrolled
 from kerrcaustics.draw.scenes import show_picture
-from kerrcaustics.draw.sky_axes import draw_places
+from kerrcaustics.draw.sky_axes import celestial_sphere_axes, draw_places
 from kerrcaustics.draw.titles import viewer_in_words
 from kerrcaustics.draw.tracks import draw_motion
 from kerrcaustics.scenes.view import View
@@ -321,3 +321,13 @@ def test_viewers_in_words():
     assert viewer_in_words(distant) == "spin 0.5, observer at infinity, inclination 90 deg"
     far = Observer(spin=0.5, radius=1000, inclination=1.0)
     assert viewer_in_words(far) == "spin 0.5, observer at radius 1000, inclination 57.2958 deg"
+
+
+@pytest.mark.parametrize(
+    ("middle", "names"), [(0.0, "−180 −120 −60 0 60 120 180"), (60.0, "−120 −60 0 60 120 180 −120")]
+)
+def test_azimuth_axes_name_both_ends_as_they_are(middle, names):
+    """From -180 on the left to 180 on the right; axes about another middle count on from 180."""
+    ax = celestial_sphere_axes(new_axes(), middle=middle)
+    ticks = [tick for tick in ax.get_xticks() if middle - 180 <= tick <= middle + 180]
+    assert [ax.xaxis.get_major_formatter()(tick) for tick in ticks] == names.split()

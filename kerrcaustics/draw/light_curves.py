@@ -33,6 +33,8 @@ _TURN = 2 * math.pi
 _FAINTEST, _FAINTEST_DOT = 3e-5, 1e-4
 # Points of the image of the orbit.
 _POINTS = 1440
+# Times that are added about an event, as far from it as so many times that in which the spot moves by its size.
+_MOMENTS, _NEAR = 61, 6.0
 _NUMERALS = ("first", "second", "third", "fourth", "fifth", "sixth")
 
 
@@ -49,6 +51,14 @@ def light_curve_figure(light: "LightCurve") -> Figure:
         figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=4)
         figure.suptitle(f"spot on an orbit at r = {light.radius:g}; {viewer_in_words(light.camera)}")
     return figure
+
+
+def crowded_times(light: "LightCurve") -> Float[Array, " times"]:
+    """The times of a light curve, and more next to its events, where the flux changes as fast as the spot is small."""
+    width = light.size / light.radius * light.period / _TURN
+    beside = width * np.linspace(-_NEAR, _NEAR, _MOMENTS)
+    added = np.concatenate([light.time, *(event.moment + beside for event in light.events)])
+    return np.unique(added[(added >= light.time.min()) & (added <= light.time.max())])
 
 
 def show_flux(ax: Axes, light: "LightCurve") -> Axes:

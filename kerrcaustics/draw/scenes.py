@@ -22,9 +22,11 @@ from kerrcaustics.shapes import Float, UInt8
 
 Array = np.ndarray
 
-# Over a picture of any colour a line needs a rim.
-_CASING = [withStroke(linewidth=2.0, foreground="white", alpha=0.7)]
-_DARK_CASING = [withStroke(linewidth=2.2, foreground="black", alpha=0.75)]
+# Over a picture of any colour a line needs a rim: by how many points it is wider than the line.
+_RIM: dict[bool, dict[str, Any]] = {
+    False: {"wider": 1.1, "foreground": "white", "alpha": 0.7},
+    True: {"wider": 1.3, "foreground": "black", "alpha": 0.75},
+}
 
 
 def show_picture(
@@ -84,20 +86,31 @@ def show_critical_curves(
 
     on_black: bright colours with a dark rim, for dark pictures. line: settings of the lines besides.
     """
+    width = line.get("linewidth", 0.9)
+    rim = {"linewidth": width, "path_effects": [_rim(width, **_RIM[on_black])]}
     for caustic in caustics:
         curve = whole_line(smoothed(caustic.sky), True) if caustic.closed else caustic.sky
-        rim = {"linewidth": 0.9, "path_effects": _DARK_CASING if on_black else _CASING}
         settings = {**style.order_line(caustic.order, on_black), **rim, **line}
         show_line(ax, view, curve, label=style.order_name(caustic.order), **settings)
     return ax
 
 
+def _rim(width: float, wider: float, **look: Any) -> withStroke:
+    return withStroke(linewidth=width + wider, **look)
+
+
 def show_line(ax: Axes, view: Raster, sky: Float[Array, "n k"], **line: Any) -> Axes:
     """A line through places on the viewer's sky over a picture of the same view, in its pixels; the limits stay."""
     places = view.pixels(sky)
-    # Where a picture of the whole sky ends at one side and goes on at the other, the line is broken.
-    jump = np.flatnonzero(np.hypot(*np.diff(places, axis=0).T) > view.width / 2) + 1
-    ax.plot(*np.insert(places, jump, np.nan, axis=0).T, scalex=False, scaley=False, **line)
+    step = np.diff(places, axis=0, prepend=places[:1], append=places[-1:])
+    length = np.hypot(*step.T)
+    # Where a picture of the whole sky ends at one side and goes on at the other, the line is broken, and each end led
+    # on by a step, to the border.
+    jump = np.flatnonzero(length[:-1] > view.width / 2)
+    step[length > view.width / 20] = 0
+    ends = np.stack([places[jump - 1] + step[jump - 1], np.full((len(jump), 2), np.nan), places[jump] - step[jump + 1]])
+    places = np.insert(places, np.repeat(jump, 3), ends.swapaxes(0, 1).reshape(-1, 2), axis=0)
+    ax.plot(*places.T, scalex=False, scaley=False, **line)
     return ax
 
 

@@ -69,9 +69,14 @@ def celestial_sphere_axes(ax: Axes, name: str = _SPHERE_NAME, step: float = 30, 
     if ax.get_xlabel() != name:
         ax.set(xlim=(middle - 180, middle + 180), ylim=(180, 0), xlabel=name, ylabel="θ′ (deg)")
         ax.xaxis.set_major_locator(MultipleLocator(60))
-        ax.xaxis.set_major_formatter(FuncFormatter(lambda phi, _: style.number(180 - (180 - phi) % 360)))
+        ax.xaxis.set_major_formatter(FuncFormatter(lambda phi, _: style.number(_named_azimuth(phi))))
         ax.yaxis.set_major_locator(MultipleLocator(step))
     return ax
+
+
+def _named_azimuth(phi: float) -> float:
+    """An azimuth, degrees, by whole turns between -180 and 180, both of which stay what they are."""
+    return phi if abs(phi) <= 180 else 180 - (180 - phi) % 360
 
 
 def critical_line(caustic: Caustic, axes: Float[Array, "..."]) -> Float[Array, "n 2"]:

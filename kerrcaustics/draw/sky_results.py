@@ -4,11 +4,13 @@ On the camera sky all have one zero, the middle of the shadow. Images, tracks an
 them, unless the axes hold something already.
 """
 
+import math
 from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.patheffects import withStroke
 
 from kerrcaustics.beams.beam import Rays
 from kerrcaustics.beams.ends import SKY
@@ -55,6 +57,8 @@ from kerrcaustics.tracks.tracks import StarTracks, Track
 Array = np.ndarray
 
 _EDGE_POINTS = 720
+# So many times as far out as the shadow and the critical curves, images no longer set the scale.
+_FAR = 2.0
 # Rows: against e_x, along e_y, along e_z.
 _BASIS = np.diag([-1.0, 1.0, 1.0])
 # x and y of the corners of a picture, the first of them twice, in parts of its width and height.
@@ -154,20 +158,38 @@ def star_counts(ax: Axes, counts: ImageCounts) -> Axes:
 def image_places(ax: Axes, images: StarImages, *, caustics: CausticSet | None = None) -> Axes:
     """Draw images on the camera sky, with shadow and critical curves: a colour for each index, larger where brighter.
 
+    An image far out, twice as far as the farthest critical curve, is an arrow at the rim, with its distance.
+
     caustics: of the same camera and surface, where they are known.
     """
+    places, reach = about_shadow(images.camera, images.sky), math.inf
     if not ax.has_data():
         shadow(ax, images.camera)
         curves = caustics or caustics_of(images.camera, images.max_index + 1, end=images.surface)
         critical_curves(ax, curves)
+        reach = _FAR * np.abs([ax.dataLim.min, ax.dataLim.max]).max()
+    far = np.hypot(*places.T) > reach
     brightness = np.nan_to_num(images.magnification, nan=0.0, posinf=1e9)
     size = 6 + 5 * np.log10(np.clip(brightness / max(brightness.max(initial=0), 1e-300), 1e-4, 1)) / 4
     indices = images.index.tolist()
-    for i, (place, k, large) in enumerate(zip(images.sky, indices, size.tolist(), strict=True)):
-        mark = {"marker": "o", "markersize": large, "color": style.index_colour(k), "zorder": 2.5}
+    for i, (place, k, large) in enumerate(zip(places, indices, size.tolist(), strict=True)):
+        mark = {"marker": "o", "markersize": large, "color": style.index_colour(k), "zorder": 2.5, "linestyle": "none"}
         label = {"label": f"index {k}"} if k not in indices[:i] else {}
-        _on_sky(ax, images.camera, place[None], linestyle="none", **label, **mark)
-    return labelled_once(ax)
+        ax.plot(*np.where(far[i], np.nan, place)[:, None], **label, **mark)
+    for i in np.flatnonzero(far):
+        _point_out_far(ax, places[i], style.index_colour(indices[i]), "deg" if images.camera.sky_unit == "rad" else "M")
+    return labelled_once(ax, **beside(ax))
+
+
+def _point_out_far(ax: Axes, place: Float[Array, "2"], colour: str, unit: str) -> None:
+    """An arrow at the rim of the axes toward a place beyond them, and how far from their zero it is."""
+    distance = float(np.hypot(*place))
+    ends = np.where(place > 0, [ax.get_xlim()[1], ax.get_ylim()[1]], [ax.get_xlim()[0], ax.get_ylim()[0]])
+    tip = 0.97 * place * float(np.min(ends / np.where(place == 0, 1e-12, place)))
+    arrow = {"arrowstyle": "-|>", "color": colour, "linewidth": 1.4, "shrinkA": 2, "shrinkB": 0}
+    text: dict[str, Any] = {"ha": "left" if tip[0] < 0 else "right", "va": "bottom" if tip[1] < 0 else "top"}
+    text |= {"color": colour, "path_effects": [withStroke(linewidth=3, foreground="white")]}
+    ax.annotate(f"at {distance:.3g} {unit}", tuple(tip), tuple(0.8 * tip), arrowprops=arrow, **text)
 
 
 def followed_images(ax: Axes, star: FollowedStar) -> Axes:
@@ -195,7 +217,7 @@ def all_tracks(ax: Axes, tracks: StarTracks) -> Axes:
     bare = not ax.has_data()
     curves = caustics_of(tracks.camera, tracks.max_index + 1, end=tracks.surface) if bare else ()
     tracks_on_sky(ax, tracks, curves, shadow_edge(tracks.camera, _EDGE_POINTS))
-    ax.legend(handles=tracks_legend([tracks], bool(curves)), **_LEGEND)
+    ax.legend(handles=tracks_legend([tracks], bool(curves)), **{**_LEGEND, **beside(ax)})
     return ax
 
 
@@ -304,6 +326,13 @@ def labelled_once(ax: Axes, **legend: Any) -> Axes:
     if once:
         ax.legend(once.values(), once.keys(), **{**_LEGEND, **legend})
     return ax
+
+
+def beside(ax: Axes) -> dict[str, Any]:
+    """Settings of a legend to the right of axes that are alone in a figure which makes room for it; else none."""
+    figure: Any = ax.figure
+    alone = len(figure.axes) == 1 and getattr(figure, "get_layout_engine", lambda: None)()
+    return {"loc": "upper left", "bbox_to_anchor": (1.02, 1.0), "borderaxespad": 0.0} if alone else {}
 
 
 def _angles(direction: Float[Array, "n 3"]) -> Float[Array, "n 2"]:

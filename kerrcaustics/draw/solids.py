@@ -142,39 +142,52 @@ def tubes_model(camera: Viewer, tubes: tuple[CausticTube, ...]) -> Model:
 def rays_model(camera: Viewer, paths: RayPaths, reach: float = 12.0) -> Model:
     """Rays near the hole, one colour for each Morse index, in Cartesian Boyer-Lindquist coordinates.
 
+    Rays end on a sphere, where they are marked: beyond it they are nearly straight.
+
     Parameters
     ----------
     camera : Camera
     paths : RayPaths
         Of shape (rays, places).
     reach : float
-        Radius of what is shown, units of M.
+        Radius of that sphere, units of M.
     """
     captured = paths.status == Status.CAPTURED
     lines = [_spin_axis(0.6 * reach), *_viewer_mark(camera, reach)]
+    lines += [SpaceCurve("sphere", reach * part.points, part.colour, part.width) for part in _sky_frame()]
     for position, radius, index, lost in zip(paths.position, paths.radius, paths.index, captured, strict=True):
-        part = position[_within(radius, 1.02 * reach)]
+        part = _within(position, radius, reach)
         if index >= 0 and len(part) > 1:
-            lines.append(_ray(part, int(index), bool(lost)))
+            lines += _ray(part, int(index), bool(lost), 0.012 * reach)
     indices = sorted({int(k) for k in paths.index[(paths.index >= 0) & ~captured]})
     key = [(f"index {k}", style.index_colour(k)) for k in indices]
     key += [("captured", CAPTURED_COLOUR)] * bool(captured.any())
-    key += [_ERGOSPHERE, _HORIZON]
+    key += [_ERGOSPHERE, _HORIZON, (f"sphere of r = {reach:g} M", "#9a9a9a")]
     title = f"Rays of one viewer, {_by(camera)}"
-    return Model(title, tuple(_hole(camera.spin)), tuple(lines), tuple(key), (-70.0, 38.0), extent=0.8 * reach)
+    return Model(title, tuple(_hole(camera.spin)), tuple(lines), tuple(key), (-70.0, 38.0), extent=1.02 * reach)
 
 
-def _within(radius: Float[Array, " n"], reach: float) -> slice:
-    """The first stretch of a ray within a radius: rays of viewers farther out come in first, and leave once."""
+def _within(points: Float[Array, "n 3"], radius: Float[Array, " n"], reach: float) -> Float[Array, "m 3"]:
+    """The first stretch of a ray within a radius: rays of viewers farther out come in first, and leave once.
+
+    A ray that leaves ends there, on the straight line between two of its places.
+    """
     inside = np.append(radius <= reach, False)
     first = int(inside.argmax())
-    return slice(first, first + int((~inside[first:]).argmax()))
+    last = first + int((~inside[first:]).argmax())
+    if not 0 < last < len(points):
+        return points[first:last]
+    part = (reach - radius[last - 1]) / (radius[last] - radius[last - 1])
+    return np.append(points[first:last], [(1 - part) * points[last - 1] + part * points[last]], axis=0)
 
 
-def _ray(points: Float[Array, "n 3"], index: int, captured: bool) -> SpaceCurve:
+def _ray(points: Float[Array, "n 3"], index: int, captured: bool, size: float) -> list[SpaceCurve]:
+    """A ray, and a mark of a size where it ends on the sphere."""
     if captured:
-        return SpaceCurve("captured ray", points, CAPTURED_COLOUR, 2.0)
-    return SpaceCurve(f"ray of index {index}", points, style.index_colour(index), 2.0)
+        return [SpaceCurve("captured ray", points, CAPTURED_COLOUR, 3.0)]
+    colour = style.index_colour(index)
+    ends = [SpaceCurve("end", bar, colour, 7.0) for bar in _cross(points[-1], size)]
+    return [SpaceCurve(f"ray of index {index}", points, colour, 4.0), *ends]
 
 
 def disk_rays_model(camera: Viewer, paths: RayPaths, crossing: Int[Array, " rays"], rims: tuple[float, float]) -> Model:
@@ -192,19 +205,20 @@ def disk_rays_model(camera: Viewer, paths: RayPaths, crossing: Int[Array, " rays
     """
     inner, outer = (math.hypot(rim, camera.spin) * _parallel(math.pi / 2, 2 * _FINE) for rim in rims)
     surfaces = (*_hole(camera.spin), Surface("disk", np.stack([inner, outer]), DISK_COLOUR, 0.55))
-    reach = 1.6 * rims[1]
+    # As far as the camera, or to the edge of the picture.
+    reach = min(camera.radius, 1.8 * rims[1])
     lines = [SpaceCurve("rim", rim, DISK_RIM_COLOUR, 2.0) for rim in (inner, outer)]
-    lines += [_spin_axis(0.7 * rims[1]), *_viewer_mark(camera, reach)]
+    lines += [_spin_axis(0.6 * rims[1]), *_viewer_mark(camera, reach)]
     for position, number in zip(paths.position, crossing, strict=True):
         ray = _until_plane(position, int(number))
-        ray = ray[np.linalg.norm(ray, axis=1) <= reach]
-        lines.append(SpaceCurve(f"ray to crossing {number}", ray, style.crossing_colour(number), 2.5))
-        lines += [SpaceCurve("end", dot, style.crossing_colour(number), 7.0) for dot in _cross(ray[-1], 0.008 * reach)]
+        ray = ray[np.linalg.norm(ray, axis=1) <= math.hypot(reach, camera.spin)]
+        lines.append(SpaceCurve(f"ray to crossing {number}", ray, style.crossing_colour(number), 4.0))
+        lines += [SpaceCurve("end", dot, style.crossing_colour(number), 8.0) for dot in _cross(ray[-1], 0.012 * reach)]
     names = {1: "first", 2: "second", 3: "third"}
     key = [(f"{names.get(n, f'{n}th')} crossing", style.crossing_colour(n)) for n in sorted({int(n) for n in crossing})]
-    key += [("disk", DISK_RIM_COLOUR), _ERGOSPHERE, _HORIZON]
+    key += [("camera", CAMERA_COLOUR), ("disk", DISK_RIM_COLOUR), _ERGOSPHERE, _HORIZON]
     title = f"Rays that end on a disk, {_by(camera)}"
-    return Model(title, surfaces, tuple(lines), tuple(key), (-62.0, 24.0), extent=0.72 * reach)
+    return Model(title, surfaces, tuple(lines), tuple(key), (-62.0, 24.0), extent=0.8 * reach)
 
 
 def _until_plane(points: Float[Array, "n 3"], crossing: int) -> Float[Array, "m 3"]:

@@ -16,6 +16,7 @@ from kerrcaustics.draw.palettes import INDEX_ON_BLACK
 from kerrcaustics.draw.projection import azimuthal_equidistant, view_axes
 from kerrcaustics.draw.sky_axes import camera_sky_axes, critical_line
 from kerrcaustics.draw.tracks import draw_motion, moving_lines
+from kerrcaustics.scenes.flare import glare_kernel, with_glare
 from kerrcaustics.scenes.render import render
 from kerrcaustics.scenes.sky_light import Sky
 from kerrcaustics.scenes.tones import tone_mapped
@@ -33,6 +34,8 @@ DARK_RIM = withStroke(linewidth=2.5, foreground="black")
 _CURVES: dict[str, Any] = {"color": CURVE_COLOUR, "linewidth": 1.2, "linestyle": (0, (5, 2))}
 # What the sky's light is divided by, and how softly the brightest is cut off.
 _LOOK: dict[str, Any] = {"exposure": 1 / 2500, "curve": "asinh", "softening": 25}
+# A halo round each star, in pixels: the brighter a star, the farther its halo is seen.
+_HALO: dict[str, Any] = {"share": 0.35, "width": 1.0, "falloff": 4.0}
 
 
 def sky_behind(ax: Axes, camera: Camera, axes: Float[Array, "3 3"], reach: float, sky: Sky, pixels: int = 560) -> Axes:
@@ -42,7 +45,8 @@ def sky_behind(ax: Axes, camera: Camera, axes: Float[Array, "3 3"], reach: float
     from the centre: reach is below 127.
     """
     view = View(pixels, pixels, math.radians(2 * reach), "fisheye", axes[0], axes[2])
-    picture = tone_mapped(render(camera, view, sky).light, **_LOOK)
+    light = with_glare(render(camera, view, sky).light, glare_kernel(**_HALO))
+    picture = tone_mapped(light, **_LOOK)
     ax.imshow(picture, extent=(-reach, reach, -reach, reach), interpolation="antialiased", zorder=0)
     ax.set_facecolor("black")
     ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
