@@ -1,7 +1,8 @@
 """Short films of the pages, and pictures of the front page: `python docs/make_media.py [NAME ...]` makes them anew.
 
 A film, docs/clips/NAME.mp4, is one of `kerrcaustics film`, with fewer and smaller frames, so that the repository can
-hold it; a picture is docs/images/NAME.png. Each goes into docs/media.json with its digests (media_digests.py).
+hold it; a picture is docs/images/NAME.png, and a film that a page shows as a picture, NAME.webp. Each goes into
+docs/media.json with its digests (media_digests.py).
 """
 
 import sys
@@ -14,7 +15,7 @@ from tempfile import TemporaryDirectory
 import av
 import matplotlib.pyplot as plt
 import numpy as np
-from media_digests import record
+from media_digests import code_before, record
 from PIL import Image
 
 import kerrcaustics as kc
@@ -80,6 +81,37 @@ def make_clip(name: str) -> None:
     print()
 
 
+def scene_of_page(picture: str) -> kc.SceneFile:
+    """The scene file that docs/scene_files.md shows before a picture."""
+    page = (Path(__file__).parent / "scene_files.md").read_text(encoding="utf-8")
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "scene.toml"
+        path.write_text(code_before(page, picture), encoding="utf-8")
+        return kc.SceneFile.read(path)
+
+
+def make_loop(name: str) -> None:
+    """Write the film of a scene whose second half is the first one backward, as an animated picture."""
+    scene = scene_of_page(f"{name}.webp")
+    half = []
+    for number in range(scene.frames // 2 + 1):
+        half.append(Image.fromarray(scene.picture(number)))
+        print(f"\r{name}: {number + 1} of {scene.frames // 2 + 1}", end="", flush=True)
+    print()
+    save_loop(name, [*half, *half[-2:0:-1]], scene.rate)
+
+
+def save_loop(name: str, pictures: list[Image.Image], rate: int) -> None:
+    """Write an animated picture that plays for ever, so many pictures a second."""
+    options = {"duration": round(1000 / rate), "loop": 0, "quality": 82, "method": 6}
+    pictures[0].save(IMAGE_FOLDER / f"{name}.webp", save_all=True, append_images=pictures[1:], **options)
+
+
+def scene_file() -> Image.Image:
+    """The picture of the first scene file of docs/scene_files.md."""
+    return Image.fromarray(scene_of_page("scene_file.png").picture(0))
+
+
 def front_caustics() -> Image.Image:
     """Critical curves on the camera sky beside the secondary caustic."""
     caustics = kc.caustics(kc.Camera(spin=0.999, radius=6.03), orders=3)
@@ -103,18 +135,21 @@ def front_tubes() -> Image.Image:
     return Image.fromarray((np.concatenate([colour, opacity], axis=2) * 255).round().astype(np.uint8))
 
 
-PICTURES = {"front_caustics": front_caustics, "front_tubes": front_tubes}
+PICTURES = {"front_caustics": front_caustics, "front_tubes": front_tubes, "scene_file": scene_file}
+LOOPS = ("scene_film",)
 
 
 def make(name: str) -> None:
     """Write the clip or the picture of a name."""
     if name in PICTURES:
         PICTURES[name]().save(IMAGE_FOLDER / f"{name}.png", optimize=True)
+    elif name in LOOPS:
+        make_loop(name)
     else:
         make_clip(name)
     record([name])
 
 
 if __name__ == "__main__":
-    for chosen in sys.argv[1:] or [*CLIPS, *PICTURES]:
+    for chosen in sys.argv[1:] or [*CLIPS, *PICTURES, *LOOPS]:
         make(chosen)

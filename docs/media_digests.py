@@ -31,6 +31,7 @@ DRAWN_BY = {
     "disk_caustics.png": ["figures/disk_caustics.py"],
     "tracks_r6.03.png": ["kerrcaustics/draw/track_figure.py"],
     "scene_file.png": ["docs/scene_files.md"],
+    "scene_film.webp": ["docs/scene_files.md"],
     "sweep_circuits.png": ["docs/sweeps.md"],
     "explorer.png": ["kerrcaustics/explorer/page/index.html", "kerrcaustics/explorer/page/explorer.css"],
     "accuracy.png": ["studies/accuracy/main.py:draw"],
@@ -141,12 +142,12 @@ def drawing_digest(roots: list[str], picture: str = "", home: Path = HOME) -> st
         else:
             parts = [(home / path).read_text(encoding="utf-8")]
         if path.endswith(".md"):
-            parts = [_code_before(parts[0], picture)]
+            parts = [code_before(parts[0], picture)]
         hashed.update("\n".join(parts).encode())
     return hashed.hexdigest()
 
 
-def _code_before(page: str, picture: str) -> str:
+def code_before(page: str, picture: str) -> str:
     """The last block of code before a picture of a page."""
     return re.findall(r"```\w+\n(.*?)```", page[: page.index(f"images/{picture}")], re.DOTALL)[-1]
 

@@ -334,15 +334,17 @@ def test_templates_are_films_by_name(capsys, monkeypatch):
     monkeypatch.setattr("kerrcaustics.films.film.make_film", filmed)
     # Which is a minute of drawing; test_tones.py has it.
     monkeypatch.setattr("kerrcaustics.scene_files.scene_file.SceneFile.with_exposures", lambda scene: scene)
-    for name in ("star_field", "left_edge", "approach"):
+    for name in ("star_field", "left_edge", "orbit", "approach"):
         assert run(capsys, "film", name)[0] == 0
-    assert [path for path, _ in made] == ["star_field.mp4", "left_edge.mp4", "approach.mp4"]
+    assert [path for path, _ in made] == ["star_field.mp4", "left_edge.mp4", "orbit.mp4", "approach.mp4"]
     stars = made[0][1]
     assert (stars.frames, stars.rate, stars.draw.scene.size) == (240, 24, (1280, 720))
-    for _, film in made[:2]:
-        # A whole orbit: it goes on where it began.
+    for _, film in made[:3]:
+        # A whole orbit: it goes on where it began, after the period of a circular geodesic.
         scene = film.draw.scene
         assert scene.azimuth(scene.span[1]) == pytest.approx(2 * math.pi, abs=1e-6)
+        camera = scene.camera(0)
+        assert scene.span[1] == pytest.approx(2 * math.pi * (camera.radius**1.5 + camera.spin), rel=1e-7)
 
 
 @pytest.mark.parametrize(

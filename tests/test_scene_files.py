@@ -187,9 +187,13 @@ def test_templates_are_scenes(name, scene):
         assert read.camera(time).radius > 1 and read.view(time, 0.1).width == round(read.size[0] / 10)
 
 
-def test_the_example_of_the_page_is_a_scene(scene):
+def test_the_examples_of_the_page_are_a_scene_and_a_film(scene):
     page = (Path(__file__).parents[1] / "docs" / "scene_files.md").read_text(encoding="utf-8")
-    assert scene(re.findall(r"```toml\n(.*?)```", page, re.DOTALL)[0]).size == (960, 540)
+    still, film = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)[:2]
+    # The first page counts its lines.
+    assert scene(still).size == (1600, 800) and len(still.splitlines()) == 14
+    loop = scene(film)
+    assert loop.frames == 32 and loop.span[1] == pytest.approx(2 * math.pi)
 
 
 def test_all_keys_are_reported():

@@ -73,6 +73,18 @@ def test_light_shifts_as_that_of_a_black_body(shifts):
     assert deep.light(samples, *shifts) == pytest.approx(kc.disks.BlackBody(4500).light(samples, *shifts), rel=1e-5)
 
 
+@pytest.mark.parametrize("shifts", [(False, False), (True, True)])
+def test_wisps_of_a_page_thorne_disk_shine_with_its_light(wisps, shifts):
+    hot = kc.disks.Wisps(4500, 9.26, 18.70, depth=0.8, contrast=1.0, seed=3, law="page-thorne")
+    samples = samples_at(np.linspace(9.26, 18.70, 500), np.linspace(-9, 9, 500), ratio=0.9)
+    opacity = wisps.opacity(samples.radius, samples.azimuth)
+    assert np.array_equal(hot.opacity(samples.radius, samples.azimuth), opacity)
+    wanted = opacity[:, None] * kc.disks.PageThorne(4500).light(samples, *shifts)
+    assert hot.light(samples, *shifts) == pytest.approx(wanted, rel=1e-5, abs=1e-6 * wanted.max())
+    # It is hottest inside the inner rim.
+    assert np.diff(hot.gas.temperature(0.6, samples.radius)).max() < 0
+
+
 def test_other_seeds_make_other_wisps(wisps):
     radius, azimuth = np.full(300, 14.0), np.linspace(0, 6, 300)
     here = wisps.opacity(radius, azimuth)
@@ -89,6 +101,7 @@ def test_other_seeds_make_other_wisps(wisps):
         ({"depth": -0.1}, "`depth` must be a number from 0 to 100"),
         ({"contrast": "much"}, "`contrast` must be a number from 0 to 100"),
         ({"seed": 1.5}, "`seed` must be a whole number"),
+        ({"law": "page"}, "`law` must be one of black-body, page-thorne"),
     ],
 )
 def test_bad_input_is_one_line(values, words):

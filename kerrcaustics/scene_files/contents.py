@@ -9,6 +9,7 @@ from kerrcaustics.choices import Quality, ShutterShape, VelocityName
 from kerrcaustics.scenes.checkerboard import COLOURS, GAP_COLOUR, Along
 from kerrcaustics.scenes.colour import DAYLIGHT, Response
 from kerrcaustics.scenes.disk.disk import DiskMotion
+from kerrcaustics.scenes.disk.wisps import TemperatureLaw
 from kerrcaustics.scenes.raster import MOST_PIXELS
 from kerrcaustics.scenes.star_field import BAND, NEBULAE
 from kerrcaustics.scenes.tones import AUTO, Curve
@@ -236,12 +237,13 @@ class SpotsTable(SceneTable, kw_only=True, frozen=True, tag="spots", tag_field="
 
 
 class WispsTable(SceneTable, kw_only=True, frozen=True, tag="wisps", tag_field="kind"):
-    """Gas of one temperature, kelvin, and uneven depth."""
+    """Gas of uneven depth; peak, kelvin."""
 
     peak: float
     depth: float = 1.0
     contrast: float = 1.0
     seed: Seed = 0
+    law: TemperatureLaw = "black-body"
 
 
 EmissionTable = (

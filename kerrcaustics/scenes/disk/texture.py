@@ -61,8 +61,8 @@ class Texture:
         check_light("light", picture)
         self.shape = picture.shape[:2]
         cover = None if alpha is None else _checked_alpha(alpha, self.shape)
-        self._levels = _pyramid(picture if cover is None else picture * cover)
-        self.cover = None if cover is None or cover.min() == 1 else _pyramid(cover)
+        self._levels = pyramid(picture if cover is None else picture * cover)
+        self.cover = None if cover is None or cover.min() == 1 else pyramid(cover)
 
     def __repr__(self) -> str:
         """Return a line with its size."""
@@ -164,7 +164,7 @@ def _checked_alpha(alpha: ArrayLike, shape: tuple[int, ...]) -> Float[Array, "h 
     return cover[..., None]
 
 
-def _pyramid(picture: Float[Array, "h w channels"]) -> list[Array]:
+def pyramid(picture: Float[Array, "h w channels"]) -> list[Array]:
     """The picture and coarser ones, each half as fine."""
     levels = [picture]
     while min(levels[-1].shape[:2]) >= 2:

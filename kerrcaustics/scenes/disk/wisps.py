@@ -1,19 +1,22 @@
-"""Thin glowing gas of one temperature and of uneven depth, drawn out into wisps along its orbits."""
+"""Thin glowing gas of uneven depth, drawn out into wisps along its orbits."""
 
 import math
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
-from kerrcaustics.scenes.colour import ResponseLike, black_body, shifted_light
-from kerrcaustics.scenes.disk.emission import BlackBody
+from kerrcaustics.scenes.colour import ResponseLike
+from kerrcaustics.scenes.disk.emission import BlackBody, PageThorne, ThermalEmission
 from kerrcaustics.scenes.disk.samples import DiskSamples
-from kerrcaustics.scenes.disk.texture import Texture, bilinear
+from kerrcaustics.scenes.disk.texture import Texture, bilinear, pyramid
 from kerrcaustics.scenes.scene_checks import check_number
 from kerrcaustics.shapes import Float, Int
-from kerrcaustics.spacetime.checks import quoted, real_number, whole_number
+from kerrcaustics.spacetime.checks import one_of, quoted, real_number, whole_number
 
 Array = np.ndarray
+
+TemperatureLaw = Literal["black-body", "page-thorne"]
+_GASES: dict[str, Any] = {"black-body": BlackBody, "page-thorne": PageThorne}
 
 _ROWS, _COLUMNS = 512, 2048
 # Waves from rim to rim, and once round, up to which all are equally strong; finer ones fall with this power.
@@ -25,12 +28,12 @@ _SOFT = 0.14
 
 
 class Wisps(Texture):
-    """Glowing gas of one temperature that lets light through, in wisps along its orbits, and thins out at both rims.
+    """Glowing gas that lets light through, in wisps along its orbits, and thins out at both rims.
 
     Parameters
     ----------
     peak : float
-        Kelvin.
+        Kelvin; where the gas is hottest, if its temperature changes.
     inner, outer : float
         Radii of the disk's rims.
     depth : float
@@ -41,6 +44,8 @@ class Wisps(Texture):
         Another number makes other wisps.
     response : str or MeasuredResponse
         "cie", "film" or measured curves, as for `black_body`.
+    law : str
+        Temperature over the radius: "black-body", the same everywhere, or "page-thorne", that of `PageThorne`.
 
     Raises
     ------
@@ -49,7 +54,7 @@ class Wisps(Texture):
 
     Notes
     -----
-    Like any gas of one temperature, it emits the same part of a black body's light that it absorbs of the light behind:
+    Like any gas, it emits at every place the same part of a black body's light that it absorbs of the light behind:
     Disk(inner, outer, wisps, opacity=wisps.opacity, slant=False). With `slant` more light would be absorbed, but no
     more would be emitted. The depth is the exponential of a random field, periodic in azimuth, with a spectrum that
     falls as a power: it looks like turbulence, but is no model of it.
@@ -70,6 +75,7 @@ class Wisps(Texture):
         contrast: float = 1.0,
         seed: int = 0,
         response: ResponseLike = "cie",
+        law: str = "black-body",
     ) -> None:
         """Draw the wisps; see the class."""
         if not 0 < real_number("inner", inner) < real_number("outer", outer) < math.inf:
@@ -77,19 +83,21 @@ class Wisps(Texture):
             raise ValueError(f"Arguments `inner` and `outer` must be growing radii, but are {radii}.")
         for name, value in (("depth", depth), ("contrast", contrast)):
             check_number(name, value, "be a number from 0 to 100", lambda number: 0 <= number <= 100)
-        self.peak, self.inner, self.outer = BlackBody(peak, response).peak, float(inner), float(outer)
-        self.response = response
+        one_of("law", law, _GASES)
+        self.gas: ThermalEmission = _GASES[law](peak, response)
+        self.inner, self.outer = float(inner), float(outer)
         across = 1 - (np.arange(_ROWS) + 0.5)[:, None] / _ROWS
         field = _random_field(whole_number("seed", seed, 0), across)
         near = np.clip(np.minimum(across, 1 - across) / _SOFT, 0, 1)
         tau = depth * (near * near * (3 - 2 * near)) * np.exp(contrast * field - contrast**2 / 2)
         self._opacity = -np.expm1(-tau)[..., None]
-        super().__init__(self._opacity * black_body(peak, response=response))
+        # Of a texture, one channel: the part that shines is the same in all.
+        self.shape, self.cover = (_ROWS, _COLUMNS), None
+        self._levels = pyramid(self._opacity.astype(np.float32))
 
     def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """The light of a black body, times the opacity; seen with g and both shifts, that of one of g T."""
-        light = super().light(samples, False, False)
-        return light * shifted_light(samples.redshift, beaming, colour_shift, self.peak, self.response)
+        return self.mean(self._levels, samples) * self.gas.light(samples, beaming, colour_shift)
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
         """Half as many parts as for any picture, whose finest features are stronger."""
