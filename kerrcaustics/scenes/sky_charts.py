@@ -59,20 +59,6 @@ class EdgeChart:
         fall = outward * (-(math.pi - size) * part / _FINE)[..., None]
         return _aberrated(self._frame, line_of_sight, np.stack([turn, fall], axis=-1))
 
-    def row(self, strip: float) -> float:
-        """Row at which a strip of another width begins."""
-        return (math.log(self.widest / (strip * self._scale)) - _CAP) * _FINE
-
-    def strip(self, pixel: float) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
-        """Directions N (n, 3) on the border of the strip, and the solid angles (n,) of its pieces.
-
-        pixel: about the longest piece, radians.
-        """
-        parts = max(math.ceil(self.pixel / pixel), 1)
-        sky, steps = self.directions((np.arange(parts * _ROUND) + 0.5) / parts - 0.5, self.height - 0.5)
-        # Distances fall by e in an e-folding, and add up to one such step.
-        return sky, np.linalg.norm(np.cross(steps[..., 0], steps[..., 1]), axis=-1) * (_FINE / parts)
-
     def places(self, sky: Float[Array, "n 3"]) -> Float[Array, "n 2"]:
         """Places (n, 2) of directions N; below the chart for what lies in the shadow."""
         line_of_sight = line_of_sight_from_sky(self._frame, sky)
