@@ -59,6 +59,11 @@ class EdgeChart:
         fall = outward * (-(math.pi - size) * part / _FINE)[..., None]
         return _aberrated(self._frame, line_of_sight, np.stack([turn, fall], axis=-1))
 
+    def distance(self, x: Float[Array, " n"], y: Float[Array, " n"]) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+        """Angles (n,) round the hole of places, and their distances (n,) from the shadow edge, both in radians."""
+        angle = (x + 0.5) * (2 * math.pi / _ROUND)
+        return angle, (math.pi - self._size(angle)) * np.exp(-_CAP - (y + 0.5) / _FINE)
+
     def places(self, sky: Float[Array, "n 3"]) -> Float[Array, "n 2"]:
         """Places (n, 2) of directions N; below the chart for what lies in the shadow."""
         line_of_sight = line_of_sight_from_sky(self._frame, sky)

@@ -23,7 +23,7 @@ from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_cells import SkyCells, resolved
 from kerrcaustics.scenes.sky_charts import ROOT, CapChart, EdgeChart
 from kerrcaustics.scenes.sky_map import TOLERANCE, Cut, chart_cells, ray_directions, slopes
-from kerrcaustics.scenes.unresolved_stars import footing, last_seen
+from kerrcaustics.scenes.unresolved_stars import BRIGHTEST, footing, last_seen
 from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.spacetime.viewer import Viewer
@@ -46,7 +46,7 @@ _BESIDE, _ROWS, _SAME, _SAME_ANGLE = 0.25, 2.0, 0.3, 0.05
 _EDGE_POINTS = 1440
 # Images in charts are refined in so many steps, none longer than the first of these (pixels of the chart), and the last
 # one shorter than the second.
-_REFINEMENTS, _LONGEST_MOVE, _MOVED_LAST = 3, 0.5, 0.01
+_REFINEMENTS, _LONGEST_MOVE, _MOVED_LAST = 2, 0.5, 0.02
 # Charts do not resolve longer traces (pixels) of a map that moves itself.
 _LONGEST_IN_CHART = 8.0
 
@@ -103,6 +103,7 @@ class StarSearch:
         cells = SkyCells(*(part[own] for part in cells))
         self._uncovered = _uncovered(camera, view, cells, fraction)
         self._own = CellSearch(cells)
+        self._charts: dict[float, list[_SearchedChart]] = {}
 
     def images(self, lights: PointLights, moment: Float[Array, " stars"], pool: Executor) -> PictureImages:
         """Images on the picture, and next to it, of each star at a moment of the exposure, from -1/2 to 1/2.
@@ -110,10 +111,12 @@ class StarSearch:
         All that have not faded away (unresolved_stars.py).
         """
         own = self._placed(self._own.images(lights, moment, pool))
+        if not self._uncovered.any():
+            return own
         azimuth = 0.0 if self._exposure is None else self._exposure.middle.azimuth
         if azimuth:
             lights = lights.some(np.arange(len(lights.direction)), -azimuth)
-        for chart in self._charts:
+        for chart in self._charts_for(max(float(lights.limits.max()), BRIGHTEST)):
             images = chart.images(self._camera, lights, self._view, self._is_uncovered, pool)
             if azimuth:
                 images = images._replace(steps=turned(images.steps, azimuth))
@@ -134,20 +137,22 @@ class StarSearch:
         images = images._replace(place=place)
         return images.part(~beyond).merged_with(images.part(beyond), _SAME * self._view.pixel_angle)
 
-    @cached_property
-    def _charts(self) -> "list[_SearchedChart]":
-        if not self._uncovered.any():
-            return []
-        edge = EdgeChart(self._camera, _STRIP, _OF_STRIP * self._view.pixel_angle)
-        cap = CapChart(self._camera, edge)
-        charts = (
-            self._chart(edge, edge, _SAME * self._view.pixel_angle),
-            self._chart(cap, edge, _SAME_ANGLE * edge.widest),
-        )
-        return [chart for chart in charts if chart is not None]
+    def _charts_for(self, limit: float) -> "list[_SearchedChart]":
+        """The charts, without what no images are searched for in: those that fade last do so at a limit."""
+        if limit not in self._charts:
+            edge = EdgeChart(self._camera, _STRIP, _OF_STRIP * self._view.pixel_angle)
+            cap = CapChart(self._camera, edge)
+            charts = (
+                self._chart(edge, edge, _SAME * self._view.pixel_angle, limit),
+                self._chart(cap, edge, _SAME_ANGLE * edge.widest, limit),
+            )
+            self._charts[limit] = [chart for chart in charts if chart is not None]
+        return self._charts[limit]
 
-    def _chart(self, plane: EdgeChart | CapChart, edge: EdgeChart, same: float) -> "_SearchedChart | None":
-        pixels = self._chart_pixels(plane)
+    def _chart(
+        self, plane: EdgeChart | CapChart, edge: EdgeChart, same: float, limit: float
+    ) -> "_SearchedChart | None":
+        pixels = self._chart_pixels(plane, limit)
         if not pixels.any():
             return None
         nearest = NEAREST * min(self._view.pixel_angle / plane.pixel, 1.0)
@@ -159,7 +164,7 @@ class StarSearch:
         least = _least_seen(self._camera, self._view, plane, cells)
         return _SearchedChart(plane, edge, self._end, CellSearch(cells, nearest), least, nearest, same)
 
-    def _chart_pixels(self, chart: EdgeChart | CapChart) -> Bool[Array, "h w"]:
+    def _chart_pixels(self, chart: EdgeChart | CapChart, limit: float) -> Bool[Array, "h w"]:
         """Pixels of a chart in which uncovered ones of the picture lie: by samples of both."""
         x, y = (np.arange(_SAMPLE / 2 - 0.5, side, _SAMPLE) for side in (chart.width, chart.height))
         x, y = (part.ravel() for part in np.meshgrid(x, y))
@@ -172,6 +177,11 @@ class StarSearch:
         blocks[block[inside, 1], block[inside, 0]] = True
         # A chart round the hole goes on across its side.
         blocks = _grown(np.pad(blocks, 1, mode="wrap"), 3)[1:-1, 1:-1]
+        if isinstance(chart, EdgeChart):
+            row, column = np.nonzero(blocks)
+            angle, distance = chart.distance(_BLOCK * (column + 0.5) - 0.5, _BLOCK * (row + 0.5) - 0.5)
+            least = footing(self._camera, self._view.pixel_angle).nearest(angle, limit)
+            blocks[row, column] = distance > least
         return np.kron(blocks, np.ones((_BLOCK, _BLOCK), bool))
 
     @cached_property

@@ -25,20 +25,28 @@ _BRIGHTEST, _TIMES = 2048, 4
 # Images fade where a pixel sees so many stars of their layer and those before, or so much of the whole sky, and are
 # gone where it sees so many times as much.
 _MANY, _MOST, _FADING = 2, 8.0, 4.0
+BRIGHTEST = 4 * math.pi * _MANY / _BRIGHTEST
+"""The solid angle that a pixel sees where images of the brightest of many stars begin to fade."""
 # Pixels of the picture of a layer have this part of the width of what a pixel sees there.
 _FINER = 0.25
 _FEWEST_ROWS, _MOST_ROWS = 16, 2048
+# Footprints are widened as for skies with little detail: this many times as long as wide.
+_ASPECT = 2.0
 # Beams for the width of footprints: so many round the shadow edge, and in an e-folding of the distance to it. That
 # begins at a pixel, or closer (parts of the size of the shadow, or of the sky outside it).
 _ROUND, _DEEP, _CLOSE, _TOLERANCE = 192, 12, 0.02, 1e-7
+# Part of the distance at which images have faded, by footprints about it, that is searched in any case.
+_SAFE = 0.4
 
 
 def limits(flux: Float[Array, "stars 3"]) -> Float[Array, " stars"]:
     """Solid angles (n,) that a pixel sees where images of stars begin to fade."""
     rank = np.empty(len(flux))
     rank[np.argsort(-flux.sum(axis=1), kind="stable")] = np.arange(1, len(flux) + 1)
-    layer = np.ceil(np.log(np.maximum(rank / _BRIGHTEST, 1)) / math.log(_TIMES))
-    return 4 * math.pi * np.minimum(_MANY / np.minimum(_BRIGHTEST * _TIMES**layer, len(flux)), _MOST)
+    last = max(round(math.log(max(len(flux) / _BRIGHTEST, 1)) / math.log(_TIMES)), 0)
+    layer = np.minimum(np.ceil(np.log(np.maximum(rank / _BRIGHTEST, 1)) / math.log(_TIMES)), last)
+    count = np.where(layer == last, len(flux), _BRIGHTEST * _TIMES**layer)
+    return 4 * math.pi * np.minimum(_MANY / count, _MOST)
 
 
 class Footing:
@@ -58,15 +66,25 @@ class Footing:
         c, s = np.cos(away), np.sin(away)
         line_of_sight = np.stack([-c, s * np.cos(angle), s * np.sin(angle)], axis=-1)
         sky = sky_from_line_of_sight(self._frame, line_of_sight)
-        minor = beams_of_directions(camera, sky, "auto", _TOLERANCE, index=False, crossings=False).delta_minus
-        width = pixel * np.sqrt(np.nanmean(minor**2, axis=1))
+        beams = beams_of_directions(camera, sky, "auto", _TOLERANCE, index=False, crossings=False, redshift=False)
+        width, turn = pixel * np.abs(beams.delta_minus), pixel * beams.delta_plus * (away - size)
+        width, turn = (np.sqrt(np.nanmean(part**2, axis=1)) for part in (width, turn))
         self._angle, self._width = angle[:, 0], np.nan_to_num(width, nan=np.inf)
+        self._turn = np.nan_to_num(turn, nan=np.inf)
 
     def seen(self, major: Float[Array, " n"], sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
         """Solid angles (n,) of pixels with a major axis (n,) of their footprints, in directions N (n, 3)."""
         _, y, z = np.moveaxis(line_of_sight_from_sky(self._frame, sky), -1, 0)
         width = np.interp(np.arctan2(z, y), self._angle, self._width, period=2 * math.pi)
         return np.asarray(major * np.minimum(major, width))
+
+    def nearest(self, angle: Float[Array, " n"], limit: float) -> Float[Array, " n"]:
+        """Distances (n,) from the shadow edge, at least half of those within which images have faded away.
+
+        angle (n,): round the shadow. Footprints are as long as the inverse of the distance.
+        """
+        width, turn = (np.interp(angle, self._angle, part, period=2 * math.pi) for part in (self._width, self._turn))
+        return np.asarray(_SAFE * turn * width / last_seen(limit))
 
 
 @lru_cache(maxsize=8)
@@ -108,7 +126,9 @@ class StarLayer(NamedTuple):
         size = (edges[:-1] - edges[1:]) * (math.pi / rows)
         light = [np.bincount(row * 2 * rows + column, part, 2 * rows**2).reshape(rows, -1) for part in flux.T]
         mean = np.average(temperature, weights=np.maximum(flux.sum(axis=1), 1e-300))
-        return cls(limit, Panorama(np.stack(light, axis=-1) / size[:, None, None], mirror=True), float(mean))
+        return cls(
+            limit, Panorama(np.stack(light, axis=-1) / size[:, None, None], mirror=True, aspect=_ASPECT), float(mean)
+        )
 
     def light(self, footprint: Footprint) -> Float[Array, "pixels 3"]:
         """Mean light (n, 3) about footprints, without shifts."""
