@@ -9,9 +9,10 @@ import pytest
 from marks import few
 
 import kerrcaustics as kc
+from kerrcaustics.scenes.cell_search import CellSearch
 from kerrcaustics.scenes.colour import luminance
 from kerrcaustics.scenes.footprint import bend, pixel_matrix, singular_values
-from kerrcaustics.scenes.points import CellSearch, PointLights
+from kerrcaustics.scenes.points import PointLights
 from kerrcaustics.scenes.quadtree import Division, Squares
 from kerrcaustics.scenes.sky_cells import SkyCells, parts_of, places
 from kerrcaustics.spacetime.sphere import from_angles, polar_basis

@@ -139,6 +139,13 @@ def major_axis(
     return length, (first * np.cos(turn)[..., None] + second * np.sin(turn)[..., None]) / length[..., None]
 
 
+def inverse(first: Float[Array, "n 3"], second: Float[Array, "n 3"]) -> Float[Array, "n 2 3"]:
+    """Inverses (n, 2, 3), by least squares, of matrices with two columns."""
+    a, b, c = (np.vecdot(*pair)[:, None] for pair in ((first, first), (first, second), (second, second)))
+    rows = np.stack([c * first - b * second, a * second - b * first], axis=1)
+    return np.asarray(rows / np.maximum(a * c - b * b, 1e-300)[..., None])
+
+
 def pixel_matrix(
     beams: Beams, sky: Float[Array, "*batch 3"], steps: Float[Array, "*batch 3 2"]
 ) -> Float[Array, "*batch 2 2"]:

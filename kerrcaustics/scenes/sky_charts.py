@@ -59,19 +59,10 @@ class EdgeChart:
         fall = outward * (-(math.pi - size) * part / _FINE)[..., None]
         return _aberrated(self._frame, line_of_sight, np.stack([turn, fall], axis=-1))
 
-    def row(self, strip: float) -> float:
-        """Row at which a strip of another width begins."""
-        return (math.log(self.widest / (strip * self._scale)) - _CAP) * _FINE
-
-    def strip(self, pixel: float) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
-        """Directions N (n, 3) on the border of the strip, and the solid angles (n,) of its pieces.
-
-        pixel: about the longest piece, radians.
-        """
-        parts = max(math.ceil(self.pixel / pixel), 1)
-        sky, steps = self.directions((np.arange(parts * _ROUND) + 0.5) / parts - 0.5, self.height - 0.5)
-        # Distances fall by e in an e-folding, and add up to one such step.
-        return sky, np.linalg.norm(np.cross(steps[..., 0], steps[..., 1]), axis=-1) * (_FINE / parts)
+    def distance(self, x: Float[Array, " n"], y: Float[Array, " n"]) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+        """Angles (n,) round the hole of places, and their distances (n,) from the shadow edge, both in radians."""
+        angle = (x + 0.5) * (2 * math.pi / _ROUND)
+        return angle, (math.pi - self._size(angle)) * np.exp(-_CAP - (y + 0.5) / _FINE)
 
     def places(self, sky: Float[Array, "n 3"]) -> Float[Array, "n 2"]:
         """Places (n, 2) of directions N; below the chart for what lies in the shadow."""

@@ -3,7 +3,6 @@
 What is spread over the sky is averaged over footprints; what comes from points is drawn where their images lie.
 """
 
-import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -22,6 +21,7 @@ from kerrcaustics.scenes.points import PointLights, drawn, moved
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_cells import PARTS, Pixels, SkyCells, parts_of, places, turning
 from kerrcaustics.scenes.star_search import PictureImages, StarSearch
+from kerrcaustics.scenes.unresolved_stars import faded, footing
 from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.frame import redshift
@@ -106,6 +106,8 @@ def sky_light(
         pieces = [piece for n in (2, PARTS) for piece in places(cells, np.flatnonzero(count == n), n)]
         footprints = [_footprint(camera, view, end, cells, piece, shifts) for piece in pieces]
         supersampled = [*left, *(Parts(p.place.T, p.side, f) for p, f in zip(pieces, footprints, strict=True))]
+        points: PointLights | None = getattr(sky, "points", None)
+        unresolved = _Unresolved(camera, view, points, shifts)
         sweep = turn + getattr(sky, "sweep", 0.0)
         drift = 0.0 if getattr(sky, "smooth", False) else sweep
         moment, _, spread = (float(part) for part in weight.over(0.0, 1.0))
@@ -116,14 +118,17 @@ def sky_light(
                 x, y = part.place
                 inside = (x >= 0) & (y >= 0) & (x < view.width) & (y < view.height)
                 footprint = _footprint(camera, view, end, now, part, shifts)
+                stars = unresolved.light(part.place.T, footprint, 1.0)
                 if now.moving or drift:
                     footprint = _swept(footprint, times.spread * _motion(now, part, drift))
                     footprint = footprint.turned(-drift * times.moment)
-                light[(y * view.width + x).astype(int)[inside]] += times.share * sky.light(footprint, *shifts)[inside]
+                received = times.share * (sky.light(footprint, *shifts) + stars)
+                light[(y * view.width + x).astype(int)[inside]] += received[inside]
 
             list(pool.map(store, places(now, which, 1)))
-        points: PointLights | None = getattr(sky, "points", None)
-        for pixel, values in pool.map(lambda part: _part_light(sky, view, part, shifts, motion), _pieces(supersampled)):
+        for pixel, values in pool.map(
+            lambda part: _part_light(sky, unresolved, view, part, shifts, motion), _pieces(supersampled)
+        ):
             for channel in range(3):
                 np.add.at(light[:, channel], pixel, values[:, channel])
         light = light.reshape(view.height, view.width, 3)
@@ -197,7 +202,7 @@ def _footprint(
     ratio = np.ones(len(part.cell))
     if any(shifts):
         ratio = frequency_ratios(camera, end, view.directions(*part.place)[0], part.direction[2])
-    return Footprint.of(part.direction, part.steps * side, cells.curving[part.cell] * side**2, ratio)
+    return Footprint.of(part.direction, part.steps, cells.curving[part.cell] * side**2, ratio)
 
 
 def frequency_ratios(
@@ -208,6 +213,29 @@ def frequency_ratios(
     return ratio if emitter is None else ratio * np.sqrt(emitter(camera.spin, end.radius, cosine).slowness)
 
 
+class _Unresolved(NamedTuple):
+    """The light of stars that pixels do not resolve, if the sky has any."""
+
+    camera: Viewer
+    view: Raster
+    points: PointLights | None
+    shifts: Shifts
+
+    def light(self, place: Float[Array, "m 2"], footprint: Footprint, side: float) -> Float[Array, "m 3"] | float:
+        """Light (m, 3) in parts of pixels with a side."""
+        if self.points is None or not len(footprint):
+            return 0.0
+        major, least = singular_values(footprint.matrix)[0] / side, self.points.limits.min(initial=np.inf)
+        some = np.flatnonzero(major**2 > least)
+        light = np.zeros((len(major), 3))
+        if len(some):
+            seen = footing(self.camera, self.view.pixel_angle).seen(
+                major[some], self.view.directions(*place[some].T)[0]
+            )
+            light[some] = self.points.mean_light(seen, footprint.part(some), *self.shifts)
+        return light
+
+
 def _pieces(parts: list[Parts]) -> Iterator[Parts]:
     for part in parts:
         for start in range(0, len(part.place), _TOGETHER):
@@ -216,15 +244,16 @@ def _pieces(parts: list[Parts]) -> Iterator[Parts]:
 
 
 def _part_light(
-    sky: Sky, view: Raster, part: Parts, shifts: Shifts, motion: tuple[float, float]
+    sky: Sky, unresolved: "_Unresolved", view: Raster, part: Parts, shifts: Shifts, motion: tuple[float, float]
 ) -> tuple[Int[Array, " m"], Float[Array, "m 3"]]:
     """Pixels, and the light that parts of them add; motion: the mean turn of the sky, and its extent."""
     x, y = np.round(part.place).astype(int).T
     footprint = part.footprint.widened(ASPECT * part.side)
+    stars = unresolved.light(part.place, footprint, part.side)
     turned, turn = motion
     if turn:
         footprint = _swept(footprint, turn * turning(footprint.direction)).turned(-turned)
-    light = sky.light(footprint, *shifts)
+    light = sky.light(footprint, *shifts) + stars
     return y * view.width + x, light * (part.share * part.side**2)
 
 
@@ -245,11 +274,10 @@ class _StarDrawing(NamedTuple):
 
         Traces that are not straight are drawn from two halves of the exposure, and these from their halves.
         """
-        self._draw_blended(light, points)
         which, middle, share = np.arange(len(points.direction)), np.zeros(len(points.direction)), 1.0
         for halving in range(_HALVINGS + 1):
             some = points.some(which, sweep * middle) if halving or sweep else points
-            images = self.search.images(some, middle, self.pool, len(points.direction))
+            images = self.search.images(some, middle, self.pool)
             trace, strays = _trace(images, some, sweep, share)
             far = np.unique(images.star[strays]) if halving < _HALVINGS else np.zeros(0, int)
             straight = ~np.isin(images.star, far)
@@ -259,19 +287,6 @@ class _StarDrawing(NamedTuple):
                 return
             middle = np.concatenate([middle[far] - share / 4, middle[far] + share / 4])
             which, share = np.tile(which[far], 2), share / 2
-
-    def _draw_blended(self, light: Float[Array, "h w 3"], points: PointLights) -> None:
-        """Add the light of stars where they are not resolved: as if they were spread over the sky."""
-        place, part = self.search.blended(points)
-        flux = points.flux.sum(axis=0)
-        give = part[:, None] * flux
-        if any(self.shifts):
-            bright = points.flux.sum(axis=1)
-            temperature = np.full(len(place), np.average(points.temperature, weights=np.maximum(bright, 1e-300)))
-            # Of sources that may be anywhere: the mean square of the cosine.
-            ratio = frequency_ratios(self.camera, self.end, self.view.directions(*place.T)[0], math.sqrt(1 / 3))
-            give *= shifted_light(ratio, *self.shifts, temperature, points.response)
-        drawn(light, self.view, place, give)
 
     def _draw(
         self,
@@ -285,7 +300,8 @@ class _StarDrawing(NamedTuple):
         middle, share = when
         if not len(images.star):
             return
-        give = points.flux[images.star] * (share * images.magnification)[:, None]
+        kept = 1 - faded(images.seen(self.camera, self.view), points.limits[images.star])
+        give = points.flux[images.star] * (share * kept * images.magnification)[:, None]
         if any(self.shifts):
             cosine = points.direction[images.star, 2]
             ratio = frequency_ratios(self.camera, self.end, self.view.directions(*images.place.T)[0], cosine)

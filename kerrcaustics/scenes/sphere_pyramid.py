@@ -103,8 +103,11 @@ def _smoothed(light: Float32[Array, "channels n w"], first: int, rows: int) -> F
     wave = np.fft.rfftfreq(light.shape[2]) * 2 * math.pi
     damping = np.exp(-((deviation[:, None] * wave) ** 2) / 2)
     smooth = np.fft.irfft(np.fft.rfft(light, axis=2) * damping, n=light.shape[2], axis=2)
-    # A Gaussian that is no wider than pixels rings beside bright ones.
-    return np.maximum(smooth, 0).astype(np.float32)
+    # A Gaussian that is no wider than pixels rings beside bright ones: what is cut there is taken from them.
+    positive = np.maximum(smooth, 0)
+    whole = positive.sum(axis=2, keepdims=True)
+    kept = light.sum(axis=2, keepdims=True, dtype=whole.dtype) / np.where(whole > 0, whole, 1)
+    return (positive * kept).astype(np.float32)
 
 
 def _padded(level: Level) -> Level:

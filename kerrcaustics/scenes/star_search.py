@@ -4,7 +4,6 @@ A pixel next to the shadow edge sees all of the celestial sphere many times over
 it: there images are looked for in charts (sky_charts.py), and drawn in the pixels in which they lie.
 """
 
-import math
 from collections.abc import Callable
 from concurrent.futures import Executor
 from functools import cached_property
@@ -12,20 +11,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import SKY, Spherical
-from kerrcaustics.beams.trace import trace_beams
-from kerrcaustics.lens_map.newton import find_roots
+from kerrcaustics.beams.trace import beams_of_directions
+from kerrcaustics.scenes.cell_search import NEAREST, CellSearch, areas
 from kerrcaustics.scenes.coons_patches import CORNERS
-from kerrcaustics.scenes.footprint import turned
+from kerrcaustics.scenes.footprint import inverse, major_axis, turned
 from kerrcaustics.scenes.motion import Exposure
-from kerrcaustics.scenes.points import CellSearch, Imaged, PointLights, moved, once
+from kerrcaustics.scenes.points import Imaged, PointLights, moved, once, steps_to
 from kerrcaustics.scenes.quadtree import fill
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_cells import SkyCells, resolved
 from kerrcaustics.scenes.sky_charts import ROOT, CapChart, EdgeChart
-from kerrcaustics.scenes.sky_map import TOLERANCE, Cut, chart_cells, ray_directions
-from kerrcaustics.shapes import Bool, Float, Int
+from kerrcaustics.scenes.sky_map import TOLERANCE, Cut, chart_cells, ray_directions, slopes
+from kerrcaustics.scenes.unresolved_stars import BRIGHTEST, footing, last_seen
+from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -35,22 +34,19 @@ Picture = Float[Array, "h w"]
 # Pixels that see more of the sky (radians) leave the search to the charts, and those of cells whose own pixels differ
 # so much in size: at the poles of a projection.
 _RESOLVED, _UNEVEN = 0.05, 0.25
-# Charts are good to so much of one of their pixels, of a pixel of the picture, and at best; their cells see so much of
-# the sky (radians) at most.
-_CLOSE, _OF_PIXEL, _CLOSEST, _WIDE = 0.05, 0.1, 1e-4, 1.0
-# Beside the shadow edge a strip, so wide for few stars and for many (parts of the shadow's size, and pixels), has their
-# mean light. Many have it also within a wider strip where a pixel of the picture sees more of the sky (radians).
-_FEW, _STRIPS, _BLENDED, _WIDER = 2000, {True: (3e-4, 0.05), False: (0.02, 1.5)}, 0.3, 0.05
-# Cells of charts that are searched together: each may see much of the sky.
-_AT_ONCE = 512
+# Charts are good to so much of one of their pixels, and their cells see so much of the sky (radians) at most.
+_CLOSE, _WIDE = 0.05, 1.0
+# Charts leave out a strip beside the shadow edge, so wide (parts of the shadow's size, and pixels).
+_STRIP, _OF_STRIP = 3e-4, 0.01
 # Parts of a chart are searched by blocks of so many pixels, selected by samples so many of them apart.
 _BLOCK, _SAMPLE = 4, 4
 # Charts are searched so far into the pixels of cells (pixels), and to so many rows across the border of both charts:
 # what is seen twice differs by less than this (pixels of the picture, radians), and is dropped.
 _BESIDE, _ROWS, _SAME, _SAME_ANGLE = 0.25, 2.0, 0.3, 0.05
 _EDGE_POINTS = 1440
-# Images in charts are refined in so many steps at most.
-_REFINEMENTS = 12
+# Images in charts are refined in so many steps, none longer than the first of these (pixels of the chart), and the last
+# one shorter than the second.
+_REFINEMENTS, _LONGEST_MOVE, _MOVED_LAST = 2, 0.5, 0.02
 # Charts do not resolve longer traces (pixels) of a map that moves itself.
 _LONGEST_IN_CHART = 8.0
 
@@ -67,6 +63,10 @@ class PictureImages(NamedTuple):
     sky: Array
     magnification: Array
 
+    def seen(self, camera: Viewer, view: Raster) -> Float[Array, " m"]:
+        """The solid angles (m,) that pixels of the picture see about them."""
+        return footing(camera, view.pixel_angle).seen(major_axis(self.steps[:, 0], self.steps[:, 1])[0], self.sky)
+
     def part(self, which: Array) -> "PictureImages":
         """The chosen images."""
         return PictureImages(*(part[which] for part in self))
@@ -79,13 +79,10 @@ class PictureImages(NamedTuple):
         new = np.repeat(np.arange(len(more.star)), count)
         old = order[np.arange(len(new)) - np.repeat(np.cumsum(count) - count, count) + first[new]]
         same = np.linalg.norm(self.sky[old] - more.sky[new], axis=1) < angle
-        same &= np.vecdot(self._normals(old), more._normals(new)) >= 0
+        same &= np.vecdot(_normals(self.steps[old]), _normals(more.steps[new])) >= 0
         fresh = np.ones(len(more.star), bool)
         fresh[new[same]] = False
         return PictureImages(*(np.concatenate(pair) for pair in zip(self, more.part(fresh), strict=True)))
-
-    def _normals(self, which: Array) -> Float[Array, "m 3"]:
-        return np.cross(self.steps[which, 0], self.steps[which, 1])
 
 
 class StarSearch:
@@ -106,26 +103,21 @@ class StarSearch:
         cells = SkyCells(*(part[own] for part in cells))
         self._uncovered = _uncovered(camera, view, cells, fraction)
         self._own = CellSearch(cells)
-        # By whether the stars are few.
-        self._charts_of: dict[bool, list[_SearchedChart]] = {}
-        self._blended_of: dict[bool, tuple[Array, Array]] = {}
+        self._charts: dict[float, list[_SearchedChart]] = {}
 
-    def images(
-        self, lights: PointLights, moment: Float[Array, " stars"], pool: Executor, count: int | None = None
-    ) -> PictureImages:
-        """All images on the picture, and next to it, of each star at a moment of the exposure, from -1/2 to 1/2.
+    def images(self, lights: PointLights, moment: Float[Array, " stars"], pool: Executor) -> PictureImages:
+        """Images on the picture, and next to it, of each star at a moment of the exposure, from -1/2 to 1/2.
 
-        count: of the picture's stars, which sets how near to the shadow edge they are searched for; None: of these.
+        All that have not faded away (unresolved_stars.py).
         """
-        few = _few(lights, count)
         own = self._placed(self._own.images(lights, moment, pool))
+        if not self._uncovered.any():
+            return own
         azimuth = 0.0 if self._exposure is None else self._exposure.middle.azimuth
         if azimuth:
             lights = lights.some(np.arange(len(lights.direction)), -azimuth)
-        for chart in self._charts(few):
-            images = chart.images(lights, self._view, self._is_uncovered, pool)
-            if few:
-                images = self._refined(images, lights)
+        for chart in self._charts_for(max(float(lights.limits.max()), BRIGHTEST)):
+            images = chart.images(self._camera, lights, self._view, self._is_uncovered, pool)
             if azimuth:
                 images = images._replace(steps=turned(images.steps, azimuth))
             if self._exposure is not None:
@@ -145,55 +137,34 @@ class StarSearch:
         images = images._replace(place=place)
         return images.part(~beyond).merged_with(images.part(beyond), _SAME * self._view.pixel_angle)
 
-    def blended(self, lights: PointLights) -> tuple[Float[Array, "n 2"], Float[Array, " n"]]:
-        """Places (n, 2) on the picture of pieces of the viewer's sky beside the shadow edge that are not searched.
+    def _charts_for(self, limit: float) -> "list[_SearchedChart]":
+        """The charts, without what no images are searched for in: those that fade last do so at a limit."""
+        if limit not in self._charts:
+            edge = EdgeChart(self._camera, _STRIP, _OF_STRIP * self._view.pixel_angle)
+            cap = CapChart(self._camera, edge)
+            charts = (
+                self._chart(edge, edge, _SAME * self._view.pixel_angle, limit),
+                self._chart(cap, edge, _SAME_ANGLE * edge.widest, limit),
+            )
+            self._charts[limit] = [chart for chart in charts if chart is not None]
+        return self._charts[limit]
 
-        Also the size (n,) of each, divided by 4 pi: the mean light there, relative to that of stars that may be
-        anywhere.
-        """
-        few = _few(lights)
-        if few not in self._blended_of:
-            self._blended_of[few] = self._blended(few)
-        return self._blended_of[few]
-
-    def _blended(self, few: bool) -> tuple[Float[Array, "n 2"], Float[Array, " n"]]:
-        pieces = [chart.blended(self._view.pixel_angle) for chart in self._charts(few)]
-        sky, size = (np.concatenate(part) for part in zip((np.zeros((0, 3)), np.zeros(0)), *pieces, strict=True))
-        place = self._view.pixels(sky)
-        uncovered = self._is_uncovered(place)
-        size = size * self._view.lengths(sky) ** 2
-        return place[uncovered], size[uncovered] / (4 * math.pi)
-
-    def _charts(self, few: bool) -> "list[_SearchedChart]":
-        if few not in self._charts_of:
-            self._charts_of[few] = self._make_charts(few) if self._uncovered.any() else []
-        return self._charts_of[few]
-
-    def _make_charts(self, few: bool) -> "list[_SearchedChart]":
-        strip, pixels = _STRIPS[few]
-        edge = EdgeChart(self._camera, strip, pixels * self._view.pixel_angle)
-        most = math.inf if few else _BLENDED
-        charts = [self._chart(edge, edge, _SAME * self._view.pixel_angle, most)]
-        charts.append(self._chart(CapChart(self._camera, edge), edge, _SAME_ANGLE * edge.widest, most))
-        return [chart for chart in charts if chart is not None]
-
-    def _chart(self, plane: EdgeChart | CapChart, edge: EdgeChart, same: float, most: float) -> "_SearchedChart | None":
-        pixels = self._chart_pixels(plane)
+    def _chart(
+        self, plane: EdgeChart | CapChart, edge: EdgeChart, same: float, limit: float
+    ) -> "_SearchedChart | None":
+        pixels = self._chart_pixels(plane, limit)
         if not pixels.any():
             return None
-        close = float(np.clip(_OF_PIXEL * self._view.pixel_angle / plane.pixel, _CLOSEST, _CLOSE))
-        cells = chart_cells(self._camera, plane, close, ~pixels, Cut(ROOT, _WIDE), self._end)
-        if plane is edge:
-            apart = _extent_in_pixels(plane, cells, self._view.pixel_angle) <= most
-            apart |= cells.y + cells.size <= edge.row(_WIDER)
-            rest = ~apart
-        else:
+        nearest = NEAREST * min(self._view.pixel_angle / plane.pixel, 1.0)
+        cells = chart_cells(self._camera, plane, _CLOSE, ~pixels, Cut(ROOT, _WIDE), self._end)
+        if plane is not edge:
             # Next to the edge cells of the cap would cover the sky many times over.
-            apart, rest = _before(plane, edge, cells), np.zeros(len(cells.x), bool)
-        searched, rest = (SkyCells(*(part[which] for part in cells)) for which in (apart, rest))
-        return _SearchedChart(plane, edge, CellSearch(searched, _AT_ONCE), rest, same)
+            apart = _before(plane, edge, cells)
+            cells = SkyCells(*(part[apart] for part in cells))
+        least = _least_seen(self._camera, self._view, plane, cells)
+        return _SearchedChart(plane, edge, self._end, CellSearch(cells, nearest), least, nearest, same)
 
-    def _chart_pixels(self, chart: EdgeChart | CapChart) -> Bool[Array, "h w"]:
+    def _chart_pixels(self, chart: EdgeChart | CapChart, limit: float) -> Bool[Array, "h w"]:
         """Pixels of a chart in which uncovered ones of the picture lie: by samples of both."""
         x, y = (np.arange(_SAMPLE / 2 - 0.5, side, _SAMPLE) for side in (chart.width, chart.height))
         x, y = (part.ravel() for part in np.meshgrid(x, y))
@@ -206,6 +177,11 @@ class StarSearch:
         blocks[block[inside, 1], block[inside, 0]] = True
         # A chart round the hole goes on across its side.
         blocks = _grown(np.pad(blocks, 1, mode="wrap"), 3)[1:-1, 1:-1]
+        if isinstance(chart, EdgeChart):
+            row, column = np.nonzero(blocks)
+            angle, distance = chart.distance(_BLOCK * (column + 0.5) - 0.5, _BLOCK * (row + 0.5) - 0.5)
+            least = footing(self._camera, self._view.pixel_angle).nearest(angle, limit)
+            blocks[row, column] = distance > least
         return np.kron(blocks, np.ones((_BLOCK, _BLOCK), bool))
 
     @cached_property
@@ -226,31 +202,6 @@ class StarSearch:
             mask[inside] |= self._uncovered[pixel[inside, 1], pixel[inside, 0]]
         return mask
 
-    def _refined(self, images: PictureImages, lights: PointLights) -> PictureImages:
-        """Refine images by the map itself: next to a critical curve the magnification in a chart is poor.
-
-        Images stay as they are where the map has none close by, on the same side of the critical curve.
-        """
-        index = np.asarray(self._beams(images.sky).index)
-        star, pixel = lights.direction[images.star], self._view.directions(*images.place.T)[1]
-        turns = _handed(images.steps[:, 0], images.steps[:, 1], star)
-        parity = np.sign(turns * _handed(pixel[..., 0], pixel[..., 1], images.sky))
-        same = np.flatnonzero(parity == 1 - 2 * (index % 2))
-        which, sky, _ = find_roots(self._camera, star[same], index[same], images.sky[same], _REFINEMENTS, end=self._end)
-        near = np.linalg.norm(sky - images.sky[same[which]], axis=1) < _SAME * self._view.pixel_angle
-        which, sky = same[which[near]], sky[near]
-        magnification = self._beams(sky).magnification
-        better = PictureImages(*(part.copy() for part in images))
-        better.place[which], better.sky[which] = self._view.pixels(sky), sky
-        better.area[which] *= images.magnification[which] / magnification
-        better.magnification[which] = magnification
-        return better
-
-    def _beams(self, sky: Float[Array, "n 3"]) -> Beams:
-        """Beams as the viewer has them on its own sky."""
-        places, options = self._camera.places(sky), {"crossings": False, "redshift": False}
-        return trace_beams(self._camera, places, "auto", TOLERANCE, **options, end=self._end)
-
     def _moving(self, images: PictureImages, moment: Float[Array, " stars"]) -> PictureImages:
         """Move images to moments of their own; none moves farther than the chart resolves."""
         assert self._exposure is not None
@@ -267,40 +218,56 @@ class StarSearch:
 
 
 class _SearchedChart(NamedTuple):
-    """A chart, and that of the shadow edge; the search in its cells; the cells that are not searched.
+    """A chart, and that of the shadow edge; the search in its cells, and the least solid angle that pixels see there.
 
     same: angle within which images are the same.
     """
 
     plane: EdgeChart | CapChart
     edge: EdgeChart
+    end: Spherical
     search: CellSearch
-    rest: SkyCells
+    least: Array
+    nearest: float
     same: float
 
-    def blended(self, pixel: float) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
-        """Directions N (n, 3) of pieces of the sky that are not searched, and their solid angles (n,).
+    def _points(self, lights: PointLights, pool: Executor) -> Imaged:
+        """Images on the chart."""
+        found = []
+        for limit in np.unique(lights.limits).tolist():
+            which = np.flatnonzero(lights.limits == limit)
+            some, near = lights.some(which, 0.0), self.least < last_seen(limit)
+            images = self.search.images(some, np.zeros(len(which)), pool, near)
+            found.append(images._replace(star=which[images.star]))
+        return Imaged(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
 
-        pixel: angle that pieces are no longer than, wherever that is.
-        """
-        half = (self.rest.size - 1) / 2
-        _, steps = self.plane.directions(self.rest.x + half, self.rest.y + half)
-        parts = np.maximum(np.ceil(np.linalg.norm(steps, axis=1) * self.rest.size[:, None] / pixel), 1).astype(int)
-        cell, at = _subdivisions(parts)
-        size = self.rest.size[cell, None] / parts[cell]
-        place = np.stack([self.rest.x, self.rest.y], axis=-1)[cell] - 0.5 + (at + 0.5) * size
+    def _refined(self, camera: Viewer, points: Imaged, lights: PointLights) -> Imaged:
+        """Images at places of the map itself, which the chart knows about: where there is one of the same parity."""
+        place, target, length = points.place.copy(), lights.direction[points.star], np.zeros(len(points.star))
+        for _ in range(_REFINEMENTS):
+            value, columns = self._beams(camera, place)
+            move = steps_to(columns, target - value)
+            length = np.sqrt((move**2).sum(axis=1))
+            place += move * np.minimum(1, _LONGEST_MOVE / np.maximum(length, 1e-300))[:, None]
+        columns = self._beams(camera, place)[1]
+        same = np.vecdot(_normals(columns), _normals(points.steps)) > 0
+        better = same & (length < _MOVED_LAST) & (np.abs(place - points.place).max(axis=1) < _LONGEST_MOVE)
+        steps = np.where(better[:, None, None], columns, points.steps)
+        area = np.where(better, areas(steps, points.curving, self.nearest), points.area)
+        return points._replace(place=np.where(better[:, None], place, points.place), steps=steps, area=area)
+
+    def _beams(self, camera: Viewer, place: Float[Array, "m 2"]) -> tuple[Float[Array, "m 3"], Float[Array, "m 2 3"]]:
+        """n' and its steps, by beams."""
         sky, steps = self.plane.directions(*place.T)
-        area = np.linalg.norm(np.cross(steps[..., 0], steps[..., 1]), axis=-1) * size.prod(axis=1)
-        if self.plane is not self.edge:
-            return sky, area
-        strip, width = self.edge.strip(pixel)
-        return np.concatenate([sky, strip]), np.concatenate([area, width])
+        options = {"index": False, "crossings": False, "redshift": False}
+        beams = beams_of_directions(camera, sky, "auto", TOLERANCE, **options, end=self.end)
+        return beams.direction, np.swapaxes(slopes(beams, sky, steps), 1, 2)
 
     def images(
-        self, lights: PointLights, view: Raster, accepts: Callable[[Array], Array], pool: Executor
+        self, camera: Viewer, lights: PointLights, view: Raster, accepts: Callable[[Array], Array], pool: Executor
     ) -> PictureImages:
         """Images as a picture shows them, at places that are accepted."""
-        points = self.search.images(lights, np.zeros(len(lights.direction)), pool)
+        points = self._refined(camera, self._points(lights, pool), lights)
         if self.plane is self.edge:
             points = _round_once(points, self.plane.width)
         accepted = accepts(view.pixels(self.plane.directions(*points.place.T)[0]))
@@ -309,18 +276,12 @@ class _SearchedChart(NamedTuple):
         place = view.pixels(sky)
         _, steps = view.directions(*place.T)
         magnification = _sizes(view, sky, chart_steps) / points.area
-        # Steps of the picture in those of the chart.
-        matrix = np.linalg.pinv(chart_steps) @ steps
-        moving = np.swapaxes(matrix, 1, 2) @ points.steps
+        moving = _converted(chart_steps, points.steps, steps)
         area = _sizes(view, sky, steps) / magnification
         # Pixels are so large before what a chart sees that neither curving nor rate would hold over one.
         unknown = np.zeros_like(points.curving), np.zeros_like(points.rate)
         images = PictureImages(place, points.star, area, moving, *unknown, sky, magnification)
         return images if self.plane is self.edge else images.part(self.edge.places(sky)[:, 1] < _ROWS)
-
-
-def _few(lights: PointLights, count: int | None = None) -> bool:
-    return (len(lights.direction) if count is None else count) <= _FEW
 
 
 def _before(cap: EdgeChart | CapChart, edge: EdgeChart, cells: SkyCells) -> Bool[Array, " n"]:
@@ -330,25 +291,30 @@ def _before(cap: EdgeChart | CapChart, edge: EdgeChart, cells: SkyCells) -> Bool
     return np.asarray(np.min(rows, axis=0) < _ROWS)
 
 
-def _subdivisions(parts: Int[Array, "cells 2"]) -> tuple[Int[Array, " n"], Int[Array, "n 2"]]:
-    """The cell (n,) of each part of cells that are divided both ways, and its place among the parts (n, 2)."""
-    count = parts.prod(axis=1)
-    cell = np.repeat(np.arange(len(parts)), count)
-    number = np.arange(len(cell)) - np.repeat(np.cumsum(count) - count, count)
-    return cell, np.stack(np.divmod(number, parts[cell, 1]), axis=-1)
+def _normals(steps: Float[Array, "m 2 3"]) -> Float[Array, "m 3"]:
+    return np.cross(steps[:, 0], steps[:, 1])
 
 
-def _handed(first: Float[Array, "n 3"], second: Float[Array, "n 3"], way: Float[Array, "n 3"]) -> Float[Array, " n"]:
-    """Positive where two steps beside a direction turn counter-clockwise, as seen from ahead."""
-    return np.asarray(np.vecdot(np.cross(first, second), way))
+def _least_seen(camera: Viewer, view: Raster, plane: EdgeChart | CapChart, cells: SkyCells) -> Float[Array, " n"]:
+    """The least solid angle (n,) that pixels of a picture see at corners of cells of a chart."""
+    found = []
+    for corner, (i, j) in enumerate(CORNERS):
+        sky, chart_steps = plane.directions(cells.x + i * cells.size - 0.5, cells.y + j * cells.size - 0.5)
+        columns = cells.data[:, [4 + corner, 8 + corner]] / cells.size[:, None, None]
+        # Where the picture's projection has no place, anything may be seen.
+        seen, place = np.zeros(len(sky)), view.pixels(sky)
+        there = np.flatnonzero(np.isfinite(place).all(axis=1))
+        steps = _converted(chart_steps[there], columns[there], view.directions(*place[there].T)[1])
+        seen[there] = footing(camera, view.pixel_angle).seen(major_axis(steps[:, 0], steps[:, 1])[0], sky[there])
+        found.append(seen)
+    return np.nan_to_num(np.min(found, axis=0), nan=0.0)
 
 
-def _extent_in_pixels(plane: EdgeChart | CapChart, cells: SkyCells, pixel: float) -> Float[Array, " n"]:
-    """Radians of the celestial sphere (n,) that pixels of some angle see in cells of a chart, from row to row."""
-    half = (cells.size - 1) / 2
-    steps = plane.directions(cells.x + half, cells.y + half)[1][..., 1]
-    extent = np.linalg.norm(cells.data[:, 8:], axis=-1).mean(axis=1) / cells.size
-    return np.asarray(pixel * extent / np.linalg.norm(steps, axis=-1))
+def _converted(
+    chart_steps: Float[Array, "n 3 2"], columns: Float[Array, "n 2 3"], steps: Float[Array, "n 3 2"]
+) -> Float[Array, "n 2 3"]:
+    """Steps of n' for pixels of a picture, from those for pixels of a chart; by both steps on the viewer's sky."""
+    return np.swapaxes(inverse(*np.moveaxis(chart_steps, -1, 0)) @ steps, 1, 2) @ columns
 
 
 def _round_once(images: Imaged, width: int) -> Imaged:

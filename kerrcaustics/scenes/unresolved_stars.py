@@ -1,0 +1,135 @@
+"""Stars where a pixel sees many of them: their mean light about the part of the sky that it sees, in place of images.
+
+Brighter stars are fewer, and stay apart longer: stars are divided into layers by their brightness.
+"""
+
+import math
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from kerrcaustics.beams.trace import beams_of_directions
+from kerrcaustics.lens_map.sky_chart import edge_size
+from kerrcaustics.scenes.footprint import Footprint
+from kerrcaustics.scenes.panorama import Panorama
+from kerrcaustics.shapes import Float
+from kerrcaustics.spacetime.frame import line_of_sight_from_sky, sky_from_line_of_sight
+from kerrcaustics.spacetime.sphere import polar_angle
+from kerrcaustics.spacetime.viewer import Viewer
+
+Array = np.ndarray
+
+# Stars of the first layer, and how many times as many belong to it and the next one together, and so on.
+_BRIGHTEST, _TIMES = 2048, 4
+# Images fade where a pixel sees so many stars of their layer and those before, or so much of the whole sky, and are
+# gone where it sees so many times as much.
+_MANY, _MOST, _FADING = 2, 8.0, 4.0
+BRIGHTEST = 4 * math.pi * _MANY / _BRIGHTEST
+"""The solid angle that a pixel sees where images of the brightest of many stars begin to fade."""
+# Pixels of the picture of a layer have this part of the width of what a pixel sees there.
+_FINER = 0.25
+_FEWEST_ROWS, _MOST_ROWS = 16, 2048
+# Footprints are widened as for skies with little detail: this many times as long as wide.
+_ASPECT = 2.0
+# Beams for the width of footprints: so many round the shadow edge, and in an e-folding of the distance to it. That
+# begins at a pixel, or closer (parts of the size of the shadow, or of the sky outside it).
+_ROUND, _DEEP, _CLOSE, _TOLERANCE = 192, 12, 0.02, 1e-7
+# Part of the distance at which images have faded, by footprints about it, that is searched in any case.
+_SAFE = 0.4
+
+
+def limits(flux: Float[Array, "stars 3"]) -> Float[Array, " stars"]:
+    """Solid angles (n,) that a pixel sees where images of stars begin to fade."""
+    rank = np.empty(len(flux))
+    rank[np.argsort(-flux.sum(axis=1), kind="stable")] = np.arange(1, len(flux) + 1)
+    last = max(round(math.log(max(len(flux) / _BRIGHTEST, 1)) / math.log(_TIMES)), 0)
+    layer = np.minimum(np.ceil(np.log(np.maximum(rank / _BRIGHTEST, 1)) / math.log(_TIMES)), last)
+    count = np.where(layer == last, len(flux), _BRIGHTEST * _TIMES**layer)
+    return 4 * math.pi * np.minimum(_MANY / count, _MOST)
+
+
+class Footing:
+    """Solid angles of the celestial sphere that pixels of a picture see.
+
+    Footprints of pixels beside the shadow edge are long and thin. Critical curves, on which they have no width at all,
+    lie close together there: their width counts as its mean about the place, by the angle round the shadow.
+    """
+
+    def __init__(self, camera: Viewer, pixel: float) -> None:
+        """Trace some beams beside the shadow edge; pixel: angle between pixels (radians)."""
+        self._frame = camera.frame()
+        angle = np.arange(_ROUND)[:, None] * (2 * math.pi / _ROUND)
+        size = edge_size(camera)(angle)
+        nearest = min(pixel, _CLOSE * float(np.minimum(size, math.pi - size).mean()))
+        away = size + nearest * np.exp(np.arange(_DEEP) / _DEEP)
+        c, s = np.cos(away), np.sin(away)
+        line_of_sight = np.stack([-c, s * np.cos(angle), s * np.sin(angle)], axis=-1)
+        sky = sky_from_line_of_sight(self._frame, line_of_sight)
+        beams = beams_of_directions(camera, sky, "auto", _TOLERANCE, index=False, crossings=False, redshift=False)
+        width, turn = pixel * np.abs(beams.delta_minus), pixel * beams.delta_plus * (away - size)
+        width, turn = (np.sqrt(np.nanmean(part**2, axis=1)) for part in (width, turn))
+        self._angle, self._width = angle[:, 0], np.nan_to_num(width, nan=np.inf)
+        self._turn = np.nan_to_num(turn, nan=np.inf)
+
+    def seen(self, major: Float[Array, " n"], sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
+        """Solid angles (n,) of pixels with a major axis (n,) of their footprints, in directions N (n, 3)."""
+        _, y, z = np.moveaxis(line_of_sight_from_sky(self._frame, sky), -1, 0)
+        width = np.interp(np.arctan2(z, y), self._angle, self._width, period=2 * math.pi)
+        return np.asarray(major * np.minimum(major, width))
+
+    def nearest(self, angle: Float[Array, " n"], limit: float) -> Float[Array, " n"]:
+        """Distances (n,) from the shadow edge, at least half of those within which images have faded away.
+
+        angle (n,): round the shadow. Footprints are as long as the inverse of the distance.
+        """
+        width, turn = (np.interp(angle, self._angle, part, period=2 * math.pi) for part in (self._width, self._turn))
+        return np.asarray(_SAFE * turn * width / last_seen(limit))
+
+
+@lru_cache(maxsize=8)
+def footing(camera: Viewer, pixel: float) -> Footing:
+    """The same, kept for the next call."""
+    return Footing(camera, pixel)
+
+
+def faded(seen: Float[Array, "*batch"], limit: Float[Array, "*batch"] | float) -> Float[Array, "*batch"]:
+    """The part (...,) of the light of stars that is not in their images where a pixel sees a solid angle (...,)."""
+    with np.errstate(divide="ignore"):
+        part = np.clip(np.log(seen / limit) / math.log(_FADING), 0, 1)
+    return np.asarray(part * part * (3 - 2 * part))
+
+
+def last_seen(limit: float) -> float:
+    """The solid angle that a pixel sees where images have faded away."""
+    return limit * _FADING
+
+
+class StarLayer(NamedTuple):
+    """Stars of about one brightness: where they fade, their mean light as a picture, and their mean temperature."""
+
+    limit: float
+    picture: Panorama
+    temperature: float
+
+    @classmethod
+    def of(
+        cls, direction: Float[Array, "n 3"], flux: Float[Array, "n 3"], temperature: Float[Array, " n"], limit: float
+    ) -> "StarLayer":
+        """The layer of some stars."""
+        wanted = math.log2(math.pi / (_FINER * math.sqrt(limit)))
+        rows = int(np.clip(2 ** math.ceil(wanted), _FEWEST_ROWS, _MOST_ROWS))
+        row = np.minimum((polar_angle(direction) * (rows / math.pi)).astype(int), rows - 1)
+        turn = np.arctan2(direction[:, 1], direction[:, 0]) / (2 * math.pi)
+        column = np.minimum(((turn - np.floor(turn)) * (2 * rows)).astype(int), 2 * rows - 1)
+        edges = np.cos(np.arange(rows + 1) * (math.pi / rows))
+        size = (edges[:-1] - edges[1:]) * (math.pi / rows)
+        light = [np.bincount(row * 2 * rows + column, part, 2 * rows**2).reshape(rows, -1) for part in flux.T]
+        mean = np.average(temperature, weights=np.maximum(flux.sum(axis=1), 1e-300))
+        return cls(
+            limit, Panorama(np.stack(light, axis=-1) / size[:, None, None], mirror=True, aspect=_ASPECT), float(mean)
+        )
+
+    def light(self, footprint: Footprint) -> Float[Array, "pixels 3"]:
+        """Mean light (n, 3) about footprints, without shifts."""
+        return self.picture.light(footprint, False, False)
