@@ -97,6 +97,13 @@ class Source:
         return replace(beams, **arrays), beams.direction[n:, 2] - beams.direction[:n, 2]
 
 
+def along_sky(sky: Float[Array, "n 3"], step: Float[Array, "n 2"]) -> Float[Array, "n 3"]:
+    """Directions after steps along `tangent_basis(N)`."""
+    first, second = tangent_basis(sky)
+    ahead = sky + step[:, :1] * first + step[:, 1:] * second
+    return ahead / lengths(ahead)[:, None]
+
+
 def solved(matrix: Float[Array, "n k k"], wish: Float[Array, "n k"]) -> Float[Array, "n k"]:
     """Solutions of systems of equations, NaN where there is none."""
     broken = np.asarray(~np.isfinite(matrix).all(axis=(1, 2)) | ~np.isfinite(wish).all(axis=1))

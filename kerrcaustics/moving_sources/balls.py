@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kerrcaustics.moving_sources.arrivals import Arrivals, Source, solved
+from kerrcaustics.moving_sources.arrivals import Arrivals, Source, along_sky, solved
 from kerrcaustics.moving_sources.ball_distance import separation
 from kerrcaustics.moving_sources.seen_images import size_and_ratio
 from kerrcaustics.moving_sources.walks import replaced
@@ -116,13 +116,6 @@ def axes_at(rays: Arrivals) -> Float[Array, "n 2 3"]:
     """The directions across rays in which the place changes most and least over the sky: next to a fold t and n."""
     directions = np.linalg.svd(rays.by_sky)[0]
     return np.einsum("nab,anc->nbc", directions, rays.across)
-
-
-def along_sky(sky: Float[Array, "n 3"], step: Float[Array, "n 2"]) -> Float[Array, "n 3"]:
-    """Directions after steps along `tangent_basis(N)`."""
-    first, second = tangent_basis(sky)
-    ahead = sky + step[:, :1] * first + step[:, 1:] * second
-    return ahead / lengths(ahead)[:, None]
 
 
 def _form(rays: Arrivals) -> Float[Array, "n 3 3"]:

@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
-from kerrcaustics.moving_sources.arrivals import solved
-from kerrcaustics.moving_sources.balls import Ball, Passes, Sights, along_sky
+from kerrcaustics.moving_sources.arrivals import along_sky, solved
+from kerrcaustics.moving_sources.balls import Ball, Passes, Sights
 from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.sphere import tangent_basis
 
