@@ -622,7 +622,10 @@ BAD = [
     ("film={frames=0}", "film.frames must be a whole number from 1 to 1000000, but is 0."),
     ("film={duration=0}", "film.duration must lie in (0, 100000] seconds, but is 0."),
     ("film={frames=2, start=-2e9}", "film.start must lie in [-1e+09, 1e+09], but is -2000000000.0."),
-    ("film={frames=2, shutter_weight='round'}", "film.shutter_weight must be box, triangle or cosine, but is 'round'."),
+    (
+        "film={frames=2, shutter_weight='round'}",
+        "film.shutter_weight must be box, triangle, cosine or a list, but is 'round'.",
+    ),
     ("film={frames=2, shutter_deg=361}", "film.shutter_deg must lie in [0, 360] degrees, but is 361."),
     ("overlays.tracks=[10, 200]", "overlays.tracks[1] must lie in [0, 180] degrees, but is 200."),
     ("disk.emission={kind='spots', number=5, seed=-1}", "disk.emission.seed must be a whole number from 0, but is -1."),

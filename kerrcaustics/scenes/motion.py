@@ -9,7 +9,6 @@ from typing import Any, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import PPoly
 
 from kerrcaustics.choices import ShutterShape
 from kerrcaustics.scenes.raster import Raster
@@ -184,7 +183,12 @@ def _sums(shape: str | tuple[float, ...], t: Array) -> Array:
     """Integrals (3, ...) from one moment to t of w, of w t and of w t^2."""
     t = np.clip(t, -0.5, 0.5)
     if isinstance(shape, tuple):
-        return np.stack([integral(t) for integral in _integrals(shape)])
+        times, powers = _integrals(shape)
+        piece = np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(times) - 2)
+        value = np.zeros((3, *t.shape))
+        for coefficient in powers[..., piece]:
+            value = value * (t - times[piece]) + coefficient
+        return value
     if shape == "triangle":
         size = np.abs(t)
         return np.stack([2 * t * (1 - size), t**2 * (1 - 4 / 3 * size), t**3 * (2 / 3 - size)])
@@ -194,16 +198,25 @@ def _sums(shape: str | tuple[float, ...], t: Array) -> Array:
 
 
 @lru_cache(maxsize=16)
-def _integrals(curve: tuple[float, ...]) -> list[PPoly]:
-    """Integrals of w, of w t and of w t^2 for numbers joined by straight lines."""
+def _integrals(curve: tuple[float, ...]) -> tuple[Float[Array, " n"], Float[Array, "5 3 n-1"]]:
+    """Times of numbers that straight lines join, and integrals of w, of w t and of w t^2 between them.
+
+    As polynomials of the time since the last one, the highest power first.
+    """
     times = np.linspace(-0.5, 0.5, len(curve))
     weight = np.array(curve) / np.trapezoid(curve, times)
-    power, found = np.array([np.diff(weight) / np.diff(times), weight[:-1]]), []
-    for _ in range(3):
-        found.append(PPoly(power, times).antiderivative())
+    power = np.zeros((4, 3, len(times) - 1))
+    power[2:, 0] = np.diff(weight) / np.diff(times), weight[:-1]
+    for k in (1, 2):
         # The product with t, which is s beyond the beginning of a piece.
-        power = np.pad(power, ((0, 1), (0, 0))) + np.pad(power * times[:-1], ((1, 0), (0, 0)))
-    return found
+        power[:, k] = power[:, k - 1] * times[:-1]
+        power[:-1, k] += power[1:, k - 1]
+    integral = np.concatenate([power / np.array([4, 3, 2, 1])[:, None, None], np.zeros((1, 3, len(times) - 1))])
+    whole = np.zeros((3, len(times) - 1))
+    for coefficient in integral:
+        whole = whole * np.diff(times) + coefficient
+    integral[-1, :, 1:] = np.cumsum(whole, axis=-1)[:, :-1]
+    return times, integral
 
 
 class Exposure(NamedTuple):
