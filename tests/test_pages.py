@@ -171,7 +171,8 @@ def test_a_lesson_is_a_notebook_that_runs(lesson):
     made = jupyter_notebook(parts, gallery.DEFAULT_GALLERY_CONF, str(lesson.parent))
     book = nbformat.reads(json.dumps(made), as_version=4)
     assert not any(cell.get("outputs") for cell in book.cells)
-    nbclient.NotebookClient(book, timeout=600, kernel_name="python3").execute()
+    # A guard against what hangs: the longest cell takes some minutes on an idle machine.
+    nbclient.NotebookClient(book, timeout=3600, kernel_name="python3").execute()
 
 
 @pytest.fixture(scope="module")
