@@ -171,7 +171,7 @@ def test_a_lesson_is_a_notebook_that_runs(lesson):
     made = jupyter_notebook(parts, gallery.DEFAULT_GALLERY_CONF, str(lesson.parent))
     book = nbformat.reads(json.dumps(made), as_version=4)
     assert not any(cell.get("outputs") for cell in book.cells)
-    # A guard against what hangs: the longest cell takes some minutes on an idle machine.
+    # A guard against what hangs, wide enough for a busy machine.
     nbclient.NotebookClient(book, timeout=3600, kernel_name="python3").execute()
 
 

@@ -45,7 +45,7 @@ class CellSearch:
         """cells: those that are searched; nearest: in their pixels."""
         self.cells, self._nearest = cells, nearest
         self._data, self._rates = (_polynomials(part) for part in (cells.data, cells.rates))
-        self._parts = _Parts(*(np.concatenate(column) for column in zip(_NO_PART, *_parts(cells), strict=True)))
+        self._parts = _CellParts(*(np.concatenate(column) for column in zip(_NO_PART, *_parts(cells), strict=True)))
 
     def images(
         self,
@@ -127,7 +127,7 @@ def _polynomials(data: Float[Array, "n k 3"]) -> Float[Array, "k 3 n"]:
     return np.ascontiguousarray(np.einsum("nkc,kt->tcn", data, change))
 
 
-class _Parts(NamedTuple):
+class _CellParts(NamedTuple):
     """Parts of cells: the cell (n,), the middle (n, 2) in it, and n' (n, 3) there.
 
     radius (n,) of a disc about n' that holds the part, and half the width (n,) of a strip across (n, 3) that does.
@@ -141,7 +141,7 @@ class _Parts(NamedTuple):
     width: Array
 
 
-def _parts(cells: SkyCells) -> list[_Parts]:
+def _parts(cells: SkyCells) -> list[_CellParts]:
     """All parts of some cells."""
     where = weights_at(*np.meshgrid(*2 * [np.linspace(0, 1, _SAMPLES)]))
     data = np.moveaxis(cells.data, -1, 0)
@@ -162,7 +162,7 @@ def _parts(cells: SkyCells) -> list[_Parts]:
     return [_parts_alike(cells, chunk, int(columns[chunk[0]]), int(rows[chunk[0]])) for chunk in chunks]
 
 
-def _parts_alike(cells: SkyCells, which: Int[Array, " n"], columns: int, rows: int) -> _Parts:
+def _parts_alike(cells: SkyCells, which: Int[Array, " n"], columns: int, rows: int) -> _CellParts:
     """Parts of cells that are divided alike."""
     across, down = (np.arange(2 * count + 1) / (2 * count) for count in (columns, rows))
     weight = weights_at(*np.meshgrid(across, down)).value
@@ -187,7 +187,7 @@ def _parts_alike(cells: SkyCells, which: Int[Array, " n"], columns: int, rows: i
     at = np.stack(np.meshgrid(across[1::2], down[1::2]), axis=-1).reshape(-1, 2)
     cell, at = np.repeat(which, rows * columns), np.tile(at, (len(which), 1))
     middle, side = ((part / np.sqrt((part**2).sum(axis=0))).reshape(3, -1).T for part in (middle, side))
-    return _Parts(cell, at, middle, _SLACK * radius.ravel(), side, _SLACK * width.ravel())
+    return _CellParts(cell, at, middle, _SLACK * radius.ravel(), side, _SLACK * width.ravel())
 
 
 def _within(

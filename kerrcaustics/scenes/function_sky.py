@@ -10,7 +10,7 @@ from scipy.special import ndtri
 
 from kerrcaustics.scenes.colour import shifted_light
 from kerrcaustics.scenes.footprint import DEVIATION, Footprint
-from kerrcaustics.scenes.scene_checks import check_number, checked_light, positive
+from kerrcaustics.scenes.scene_checks import check_light_function, checked_light
 from kerrcaustics.shapes import Float, Int
 
 Array = np.ndarray
@@ -55,9 +55,7 @@ class FunctionSky:
 
     def __post_init__(self) -> None:
         """Raise ValueError unless the arguments are valid."""
-        if not callable(self.function):
-            raise ValueError("Argument `function` must be a function of directions (m, 3).")
-        check_number("detail", self.detail, "be a positive angle", positive)
+        check_light_function(self.function, "directions (m, 3)", self.detail, "angle")
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels."""

@@ -63,6 +63,13 @@ def check_light(name: str, values: np.ndarray) -> None:
         raise ValueError(f"Argument `{name}` must hold finite numbers that are not negative{more}.")
 
 
+def check_light_function(function: Any, places: str, detail: Any, size: str) -> None:
+    """Raise ValueError unless light is a function of places, in words, whose detail is a positive size."""
+    if not callable(function):
+        raise ValueError(f"Argument `function` must be a function of {places}.")
+    check_number("detail", detail, f"be a positive {size}", positive)
+
+
 def checked_light(function: Callable[..., Any], *places: np.ndarray) -> np.ndarray:
     """The light (n, 3) that a user's function returns for n places; ValueError if that is none."""
     light = real_array("function", function(*places))

@@ -10,7 +10,7 @@ import numpy as np
 from kerrcaustics.scenes.colour import shifted_light
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.function_sky import means
-from kerrcaustics.scenes.scene_checks import check_number, checked_light, positive
+from kerrcaustics.scenes.scene_checks import check_light_function, checked_light
 from kerrcaustics.shapes import Float, Int
 
 Array = np.ndarray
@@ -51,9 +51,7 @@ class FunctionEmission:
 
     def __post_init__(self) -> None:
         """Raise ValueError unless the arguments are valid."""
-        if not callable(self.function):
-            raise ValueError("Argument `function` must be a function of radii and azimuths (m,).")
-        check_number("detail", self.detail, "be a positive length", positive)
+        check_light_function(self.function, "radii and azimuths (m,)", self.detail, "length")
 
     def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """Linear sRGB light (n, 3); for a shift of colours it counts as that of daylight."""
