@@ -7,9 +7,12 @@ import numpy as np
 import pytest
 
 import kerrcaustics as kc
+from kerrcaustics.lens_map.sky_chart import edge_size
 from kerrcaustics.scenes.colour import luminance
 from kerrcaustics.scenes.points import PointLights
+from kerrcaustics.scenes.unresolved_stars import Footing, last_seen
 from kerrcaustics.scripts import STUDIES
+from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 
 study = STUDIES.module("adversary.star_light")
 NEAR = kc.Camera(0.6, 8.0, 1.3, "fiducial")
@@ -166,3 +169,18 @@ def test_some_of_many_stars_are_searched_for_as_all_of_them():
     assert these.sum() > 200
     np.testing.assert_array_equal(np.bincount(some.star), np.bincount(every.star[these]))
     assert some.magnification.sum() == pytest.approx(every.magnification[these].sum(), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "spin, radius, pixel", [(0.999, 168.07, 0.26), (0.9, 6.0, 0.01), (0.999, 2.6, 0.002), (0.0, 1e3, 0.1)]
+)
+@pytest.mark.parametrize("limit", [1e-3, 8 * math.pi])
+def test_all_images_beside_the_edge_that_are_not_searched_for_have_faded(spin, radius, pixel, limit):
+    camera, frame = kc.Camera(spin, radius), kc.Camera(spin, radius).frame()
+    footing = Footing(camera, pixel)
+    angle, part = (axis.ravel() for axis in np.meshgrid(np.linspace(0, 6.2, 60), [1e-3, 0.1, 0.5, 1.0]))
+    distance = edge_size(camera)(angle) + np.maximum(part * footing.nearest(angle, limit), 1e-9)
+    line_of_sight = [-np.cos(distance), np.sin(distance) * np.cos(angle), np.sin(distance) * np.sin(angle)]
+    sky = sky_from_line_of_sight(frame, np.stack(line_of_sight, axis=-1))
+    seen = footing.seen(pixel * kc.trace_beams(camera, sky).delta_plus, sky)
+    assert np.nanmin(seen) > last_seen(limit) and np.isfinite(seen).mean() > 0.9

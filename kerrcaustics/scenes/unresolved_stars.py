@@ -35,8 +35,9 @@ _ASPECT = 2.0
 # Beams for the width of footprints: so many round the shadow edge, and in an e-folding of the distance to it. That
 # begins at a pixel, or closer (parts of the size of the shadow, or of the sky outside it).
 _ROUND, _DEEP, _CLOSE, _TOLERANCE = 192, 12, 0.02, 1e-7
-# Part of the distance at which images have faded, by footprints about it, that is searched in any case.
-_SAFE = 0.4
+# Part of the distance at which images have faded, by footprints about it, that is searched in any case; and all that is
+# farther from the edge than this part of the shadow, or of the sky outside it: footprints shrink faster there.
+_SAFE, _NEAR = 0.3, 0.25
 
 
 def limits(flux: Float[Array, "stars 3"]) -> Float[Array, " stars"]:
@@ -61,7 +62,8 @@ class Footing:
         self._frame = camera.frame()
         angle = np.arange(_ROUND)[:, None] * (2 * math.pi / _ROUND)
         size = edge_size(camera)(angle)
-        nearest = min(pixel, _CLOSE * float(np.minimum(size, math.pi - size).mean()))
+        scale = np.minimum(size, math.pi - size)
+        nearest = min(pixel, _CLOSE * float(scale.mean()))
         away = size + nearest * np.exp(np.arange(_DEEP) / _DEEP)
         c, s = np.cos(away), np.sin(away)
         line_of_sight = np.stack([-c, s * np.cos(angle), s * np.sin(angle)], axis=-1)
@@ -70,7 +72,7 @@ class Footing:
         width, turn = pixel * np.abs(beams.delta_minus), pixel * beams.delta_plus * (away - size)
         width, turn = (np.sqrt(np.nanmean(part**2, axis=1)) for part in (width, turn))
         self._angle, self._width = angle[:, 0], np.nan_to_num(width, nan=np.inf)
-        self._turn = np.nan_to_num(turn, nan=np.inf)
+        self._turn, self._scale = np.nan_to_num(turn, nan=np.inf), scale[:, 0]
 
     def seen(self, major: Float[Array, " n"], sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
         """Solid angles (n,) of pixels with a major axis (n,) of their footprints, in directions N (n, 3)."""
@@ -83,8 +85,12 @@ class Footing:
 
         angle (n,): round the shadow. Footprints are as long as the inverse of the distance.
         """
-        width, turn = (np.interp(angle, self._angle, part, period=2 * math.pi) for part in (self._width, self._turn))
-        return np.asarray(_SAFE * turn * width / last_seen(limit))
+        width, turn, scale = (
+            np.interp(angle, self._angle, part, period=2 * math.pi) for part in (self._width, self._turn, self._scale)
+        )
+        last = last_seen(limit)
+        # Pixels see the product of length and width, or the square of the length where that is less.
+        return np.asarray(np.minimum(_SAFE * turn * np.minimum(width / last, 1 / math.sqrt(last)), _NEAR * scale))
 
 
 @lru_cache(maxsize=8)
