@@ -2,7 +2,6 @@
 
 import heapq
 import math
-import time
 from contextlib import nullcontext
 from itertools import pairwise
 from types import SimpleNamespace
@@ -209,28 +208,6 @@ def test_an_announcement_is_mended_where_the_second_frame_loaded_too(tmp_path, m
 def test_a_short_film_says_nothing_and_keeps_the_order(tmp_path, monkeypatch):
     order, announced, _, _ = timed_film(tmp_path, monkeypatch, lambda _n: 0.1, 20)
     assert order == list(range(20)) and announced == []
-
-
-@pytest.mark.slow
-def test_the_time_of_a_measured_film_is_within_a_third(tmp_path):
-    picture, reports = np.zeros((48, 96, 3), np.uint8), []
-
-    def draw(number):
-        # The first frame of a process loads; the others take a little more and less.
-        time.sleep(1.0 if not reports[1:] else 0.1 + 0.04 * math.sin(number))
-        return picture
-
-    estimate = TimeLeft()
-
-    def report(_what, part):
-        now = time.perf_counter()
-        estimate.done(now, part)
-        reports.append((now, estimate.left(now)))
-
-    make_film(tmp_path / "still.gif", Film("still", {}, 60, 25, draw), progress=report)
-    end = next(now for now, left in reports if left == 0.0)
-    known = [(left, end - now) for now, left in reports[4:50]]
-    assert all(2 / 3 < left / true < 4 / 3 for left, true in known)
 
 
 def test_bad_input(tmp_path):
