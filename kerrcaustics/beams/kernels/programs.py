@@ -12,6 +12,7 @@ from kerrcaustics.beams import bundle_formulas
 from kerrcaustics.beams.closed_form import deep_rays, formula
 from kerrcaustics.beams.integrator import integrated
 from kerrcaustics.beams.kernels.lowering import Lowered, lowered
+from kerrcaustics.beams.kernels.tables import Table
 from kerrcaustics.beams.ray_end import Wanted
 from kerrcaustics.beams.ray_state import Aim, Bundle, BundleState, Constants, Path
 from kerrcaustics.beams.traced_ends import PLACES
@@ -28,7 +29,7 @@ class Number(Enum):
 
 
 class Program(NamedTuple):
-    """A function to be made into a kernel, and trees of `Number` in the place of its arguments."""
+    """A function to be made into a kernel, and trees of `Number` and `Table` in the place of its arguments."""
 
     function: Callable[..., Any]
     arguments: tuple[Any, ...]
@@ -60,10 +61,15 @@ def programs() -> dict[str, Program]:
     return {**_of_closed_form(), **_of_short_rays(), **_of_integrator(), **_of_deep_rays(), **_of_paths()}
 
 
-def graph_of(program: str) -> tuple[Lowered, list[bool]]:
-    """The graph of a kernel by its name, and for each leaf of its arguments True if each ray has its own."""
+def graph_of(program: str) -> tuple[Lowered, list[bool | None]]:
+    """The graph of a kernel by its name, and for each leaf of its arguments True if each ray has its own.
+
+    None for a table.
+    """
     function, arguments = programs()[program]
-    by_ray = [number is not Number.OF_CALL for number in jax.tree.leaves(arguments)]
+    by_ray = [
+        None if isinstance(number, Table) else number is not Number.OF_CALL for number in jax.tree.leaves(arguments)
+    ]
     return lowered(function, jax.tree.map(lambda number: number.value, arguments), by_ray), by_ray
 
 
