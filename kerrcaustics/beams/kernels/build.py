@@ -168,7 +168,7 @@ def _sources() -> list[str]:
     """The files from which kernels are made: all that the programs and the generator import of the engine."""
     from kerrcaustics.beams.kernels import divisions, emission, lowering, programs
 
-    modules = (divisions, emission, lowering, programs)
+    modules = (divisions, emission, lowering, programs, *programs.modules())
     package, files = ROOM.parents[1], [Path(str(module.__file__)) for module in modules]
     files += [
         Path(str(module.__file__))

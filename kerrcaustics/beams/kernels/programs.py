@@ -3,7 +3,9 @@
 from collections.abc import Callable
 from enum import Enum
 from functools import partial
+from importlib import import_module
 from itertools import product
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import jax
@@ -56,9 +58,19 @@ _FOUR = (_ONE, _ONE, _ONE, _ONE)
 _PHOTON = Photon(*_FOUR, _FOUR, _FOUR, _ONE)
 
 
+# Modules of other rooms that have programs: they use this one, and so have their names here.
+_MODULES = ("kerrcaustics.scenes.sky_formulas",)
+
+
 def programs() -> dict[str, Program]:
     """All kernels by their names."""
-    return {**_of_closed_form(), **_of_short_rays(), **_of_integrator(), **_of_deep_rays(), **_of_paths()}
+    of_rays = {**_of_closed_form(), **_of_short_rays(), **_of_integrator(), **_of_deep_rays(), **_of_paths()}
+    return of_rays | {name: program for module in modules() for name, program in module.programs().items()}
+
+
+def modules() -> list[ModuleType]:
+    """Modules of other rooms whose function `programs` names kernels."""
+    return [import_module(name) for name in _MODULES]
 
 
 def graph_of(program: str) -> tuple[Lowered, list[bool | None]]:
