@@ -126,6 +126,11 @@ def test_programs_become_those_of_a_gpu(monkeypatch, name):
     assert "tensor<1024xf64>" in text and "f32" not in text
 
 
+def test_programs_with_tables_are_those_of_the_processor():
+    with pytest.raises(NotImplementedError, match="no program of a GPU for swatches, which looks up"):
+        device.DeviceKernel("swatches")
+
+
 def test_few_rays_stay_on_the_processor(monkeypatch):
     """An accelerator takes as long for one ray as for many thousands."""
     monkeypatch.setattr(accelerator, "name_of_device", lambda: "gpu: any")

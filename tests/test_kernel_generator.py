@@ -15,7 +15,9 @@ from kerrcaustics.beams.kernels.divisions import with_merged_divisions
 from kerrcaustics.beams.kernels.emission import emitted, literal
 from kerrcaustics.beams.kernels.evaluation import evaluated
 from kerrcaustics.beams.kernels.graph import FLAG, Graph, live
+from kerrcaustics.beams.kernels.library import Kernel
 from kerrcaustics.beams.kernels.lowering import Lowered, lowered
+from kerrcaustics.beams.kernels.tables import Table, table_row
 from kerrcaustics.spacetime.settings import own_settings
 from studies.truth.rounding import long_outputs, rounding_errors
 
@@ -99,6 +101,24 @@ def quotients(x, y, z):
 def whole(x, y, z):
     turns = jnp.floor(x)
     return jnp.where(y > 0, jnp.where(z > 0, 3, 1), 0).astype(jnp.int8), turns.astype(int) + 1, (y > z) * turns + 1
+
+
+# Of halves the least one too, which is subnormal.
+TABLES = [
+    np.array([[0.1, -2.5], [3e9, 1e-300], [7.0, -0.0]]),
+    np.array([[0.1, 1e-40, 3e38]], np.float32),
+    np.array([[-0.1], [65504], [6e-8], [6.2e-5], [0]], np.float16),
+]
+
+
+def lookups(tables, x, y):
+    """Rows by indices that rays compute, before and within a loop, beyond both ends too; and by one of the call."""
+
+    def turn(now):
+        return now[0] + 1, now[1] + table_row(tables[0], jnp.floor(now[0] / 2))[0] * x
+
+    loop = jax.lax.while_loop(lambda now: now[0] < 2 * jnp.abs(y), turn, (0.0, y))
+    return *(table_row(table, jnp.floor(2 * x)) for table in tables), table_row(tables[2], 1.0), loop[1]
 
 
 SAMPLES = {
@@ -296,11 +316,54 @@ def slots(arrays: list[np.ndarray]) -> ctypes.Array[Slot]:
     return (Slot * len(columns))(*columns)
 
 
+@cache
+def lowered_lookups() -> Lowered:
+    tables = [Table(table.shape[1], table.dtype.str[1:]).value for table in TABLES]
+    return lowered(lookups, (tables, 0.5, 0.5), (None, None, None, True, True))
+
+
+def assert_lookups(values: list[np.ndarray], x: np.ndarray, y: np.ndarray) -> None:
+    with own_settings():
+        expected = jax.vmap(lambda *ray: lookups([*map(jnp.asarray, TABLES)], *ray))(x, y)
+    assert_same(values, [np.asarray(leaf) for leaf in expected])
+
+
+def test_rows_are_looked_up_by_indices_of_rays():
+    x, y, _ = NUMBERS.T
+    function = with_merged_divisions(lowered_lookups())
+    assert function.tables == (("f8", 2), ("f4", 3), ("f2", 1))
+    assert_lookups(leaves_of(function, evaluated(function, [], [x, y], tables=TABLES), len(x)), x, y)
+    with pytest.raises(NotImplementedError, match="in doubles alone"):
+        long_outputs(function, [], [0.5, 0.5])
+
+
+def test_kernels_look_up_rows(libraries):
+    """In tables of all kinds; an index that is no number is that of a row too."""
+    x, y, _ = NUMBERS.T
+    function = lowered_lookups()
+    outputs = [["f", list(shape.shape)] for shape in function.shapes]
+    about = {"by_ray": [None] * 3 + [True] * 2, "tables": function.tables, "outputs": outputs}
+    about["tree"] = ["tuple", [], [*range(len(outputs))]]
+    results = [Kernel(library.lookups, about)(TABLES, x, y) for library in libraries.values()]
+    assert_lookups(results[0], x, y)
+    assert [leaf.tobytes() for leaf in results[0]] == [leaf.tobytes() for leaf in results[1]]
+    kernel = Kernel(libraries[4].lookups, about)
+    last = [table[-1] for table in TABLES]
+    for index, rows in ((NAN, [table[0] for table in TABLES]), (-INF, [table[0] for table in TABLES]), (INF, last)):
+        for row, one in zip(rows, kernel(TABLES, np.full(5, index), np.zeros(5)), strict=False):
+            np.testing.assert_array_equal(one, np.broadcast_to(row, one.shape))
+    with pytest.raises(ValueError, match="reads tables"):
+        kernel([TABLES[0], TABLES[1], TABLES[2].T], x, y)
+
+
 @pytest.fixture(scope="module")
 def libraries(tmp_path_factory):
     """The kernels of all samples, with and without merged divisions, for one lane and for four."""
     folder = tmp_path_factory.mktemp("kernels")
-    texts = ['#include "functions.h"\n']
+    texts = [
+        '#include "functions.h"\n#include "tables.h"\n',
+        emitted(with_merged_divisions(lowered_lookups()), "lookups"),
+    ]
     for name in SAMPLES:
         function = lowered_sample(name)
         texts += [emitted(function, name), emitted(with_merged_divisions(function), f"{name}_merged")]

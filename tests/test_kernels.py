@@ -19,6 +19,7 @@ from kerrcaustics.beams.kernels.trees import leaves
 
 CAMERA = kc.Camera(0.9, 6.0)
 IMAGES = ("images", "--spin", "0.9", "--radius", "6", "--star", "80", "166")
+SKIES = "swatches", "picture"
 STALE = "The kernels are older than their sources: run `make kernels`."
 ABSENT = "The kernels are not compiled: run `make kernels`, or install the package."
 
@@ -125,6 +126,19 @@ def inputs(name, rng, count=301):
     return numbers, columns
 
 
+def inputs_of_sky(name, rng, count=301):
+    """The same for a kernel of a sky, and its tables: footprints of all shapes."""
+    sky = rng.normal(size=(3, count))
+    columns = [*sky / np.linalg.norm(sky, axis=0), *0.03 * rng.normal(size=(4, count)), 0.01 * rng.uniform(size=count)]
+    limits = [1e-6, 16.0, 1.0, 0.5]
+    if name == "swatches":
+        return [7.0, 10.0, 0.2, 0.0, 0.1, 0.2, 0.3, *limits], columns, None, [rng.uniform(size=(8, 12))]
+    # Levels of 8 and 4 rows, with their margins.
+    _, channels, dtype = name.split("_")
+    tables = [rng.uniform(size=(240, int(channels))).astype(dtype), np.array([[0.0, 8.0], [180.0, 4.0]])]
+    return [8.0, 2.0, *np.eye(3).ravel(), *limits], columns, None, tables
+
+
 def assert_bits_are_equal(names, folder):
     """The kernels of all instruction sets that the processor has, whose lanes differ in number, for the same rays."""
     levels = library.levels_here()
@@ -132,7 +146,7 @@ def assert_bits_are_equal(names, folder):
     about = json.loads((folder / library.CATALOGUE).read_text())["kernels"]
     loaded = {level: ctypes.CDLL(str(folder / library.library_name(level))) for level in levels}
     for name in names:
-        given = inputs(name, np.random.default_rng(5))
+        given = (inputs_of_sky if name.startswith(SKIES) else inputs)(name, np.random.default_rng(5))
         first, *others = (Kernel(getattr(loaded[level], name), about[name]).on_rays(*given) for level in levels)
         # Of some rays something is known; prospects are flags alone.
         assert any((np.isfinite(values) if values.dtype == float else values).any() for values in leaves(first))
@@ -144,12 +158,12 @@ def assert_bits_are_equal(names, folder):
 
 
 def test_instruction_sets_give_the_same_bits(tmp_path):
-    assert_bits_are_equal(["rays_sky"], tmp_path / "objects")
+    assert_bits_are_equal(["rays_sky", "swatches", "picture_3_f2"], tmp_path / "objects")
 
 
 @pytest.mark.slow
-def test_all_kernels_of_rays_give_the_same_bits(tmp_path):
-    kinds = ("rays", "beams", "short", "integrated", "survey", "prospects", "deep")
+def test_all_kernels_of_rays_and_skies_give_the_same_bits(tmp_path):
+    kinds = ("rays", "beams", "short", "integrated", "survey", "prospects", "deep", *SKIES)
     names = [name for name in library.catalogue()["kernels"] if name.startswith(kinds)]
     assert len(names) > 40
     assert_bits_are_equal(names, tmp_path / "objects")

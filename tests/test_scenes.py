@@ -9,7 +9,7 @@ import kerrcaustics as kc
 from kerrcaustics.scenes.colour import decoded, encoded, luminance, shifted_light, star_temperature
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.footprint import bend, singular_values
-from kerrcaustics.spacetime.sphere import from_angles
+from kerrcaustics.spacetime.sphere import from_angles, polar_basis
 
 NEAR = kc.Camera(spin=0.999, radius=2.6)
 FAR = kc.Camera(spin=0.0, radius=1e7, velocity="fiducial")
@@ -161,6 +161,31 @@ def test_a_long_footprint_sees_the_mean_of_the_columns():
     around = board.light(identity_footprint(places, 1e-6), False, False)
     assert np.ptp(around, axis=0).max() > 0.2
     assert seen[0] == pytest.approx(around.mean(axis=0), abs=0.02)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 1.2, 1.6, 2.5, 5.0, 12.0, 40.0])
+@pytest.mark.parametrize("kind", ["latitude", "longitude", "picture"])
+def test_a_long_footprint_sees_the_mean_of_round_ones(kind, ratio):
+    """Along its major axis, by a Gaussian; those of more than 16 to 1 are widened."""
+    rng = np.random.default_rng(3)
+    picture = kc.skies.Panorama(rng.uniform(size=(256, 512, 3)))
+    sky = picture if kind == "picture" else kc.skies.Checkerboard(along=kind)
+    direction, major, minor = rng.normal(size=(500, 3)), 0.2, max(0.2 / ratio, 0.2 / 16)
+    direction /= np.linalg.norm(direction, axis=1)[:, None]
+    turn, other = (
+        np.moveaxis([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]], -1, 0) for a in rng.uniform(0, 6, (2, 500))
+    )
+    matrix = turn @ np.diag([major, 0.2 / ratio]) @ other
+    seen = sky.light(kc.skies.Footprint(direction, matrix, np.zeros(500), np.ones(500)), False, False)
+    spread = math.sqrt(major**2 - minor**2) / 2
+    count = next(n for n in (1, 3, 5, 9, 17, 33) if 4 * spread / minor - 0.5 <= n - 1)
+    place = np.linspace(-2, 2, count) if count > 1 else np.zeros(1)
+    ahead = (np.stack(polar_basis(direction), axis=-1) @ turn[:, :, :1])[..., 0]
+    probes = [np.cos(at) * direction + np.sin(at) * ahead for at in spread * place]
+    size = minor if count > 1 else math.sqrt(minor * major)
+    light = np.stack([sky.light(identity_footprint(probe, size), False, False) for probe in probes])
+    weights = np.exp(-(place**2) / 2)
+    assert seen == pytest.approx(np.tensordot(weights / weights.sum(), light, 1), rel=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,6 @@
 """Footprints: what part of the celestial sphere the beam of a pixel covers, and how to average a sky over it."""
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
+from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.results.declared import Shown, quantity, result
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
@@ -20,8 +21,6 @@ LONGEST = 1.0
 DEVIATION = 0.5
 # Beyond this ratio of its axes a footprint is widened, for skies with detail.
 ASPECT = 16.0
-# Probes along the major axis lie within two deviations; a footprint takes the next of these numbers of them.
-_PROBES = (1, 3, 5, 9, 17, 33)
 
 
 @result("footprint/1")
@@ -155,62 +154,29 @@ def pixel_matrix(
 
 
 def averaged(
-    sky: Callable[[Array, Array], Array], footprint: Footprint, finest: float, aspect: float = ASPECT
-) -> Float[Array, "pixels 3"]:
-    """Colours (n, 3) of a sky, averaged over footprints by probes along their major axes.
+    sky: str,
+    numbers: Sequence[float],
+    tables: Sequence[Array],
+    footprint: Footprint,
+    finest: float,
+    aspect: float = ASPECT,
+    longest: float = LONGEST,
+) -> Float[Array, "pixels channels"]:
+    """Light (n, channels) of a sky, averaged over footprints by probes along their major axes.
 
     Parameters
     ----------
-    sky : function
-        Of directions (m, 3) and sizes (m,): colours (m, 3), averaged over a round neighbourhood with a standard
-        deviation of `DEVIATION` times the size.
+    sky : str
+        Name of a kernel of sky_formulas.py.
+    numbers, tables : sequence
+        Those of the sky in its formula.
     footprint : Footprint
     finest : float
-        Size below which the sky has no detail.
+        Size (radians) below which the sky has no detail.
     aspect : float
         Ratio of the axes beyond which footprints are widened: they would need too many probes.
-
-    Notes
-    -----
-    Probes have the size of the minor axis, are no further apart than it, and are weighted by a Gaussian whose variance
-    is the excess of the major axis.
+    longest : float
+        Length (radians) at which axes are cut.
     """
-    major, minor, _ = footprint.axes
-    major = np.maximum(major, finest)
-    minor = np.maximum(np.maximum(minor, finest), major / aspect)
-    deviation = DEVIATION * np.sqrt(np.maximum(major**2 - minor**2, 0))
-    needed = 1 + np.ceil(4 * deviation / minor - 0.5)
-    colours = np.empty((len(footprint), 3))
-    tangent = footprint.major_axis
-    before = 0
-    for count in _PROBES:
-        which = np.flatnonzero((needed > before) & ((needed <= count) | (count == _PROBES[-1])))
-        before = count
-        if not which.size:
-            continue
-        middle, size = footprint.direction[which], minor[which]
-        if count == 1:
-            colours[which] = sky(middle, np.sqrt(size * major[which]))
-            continue
-        place, weights = _probes(count)
-        total, spread = 0.0, deviation[which]
-        middle, ahead = _turning(place[0] * spread)(middle.T, tangent[which].T)
-        turn = _turning((place[1] - place[0]) * spread)
-        for weight in weights:
-            total = total + weight * sky(middle.T, size)
-            middle, ahead = turn(middle, ahead)
-        colours[which] = total
-    return colours
-
-
-def _turning(angle: Float[Array, " n"]) -> Callable[[Array, Array], tuple[Array, Array]]:
-    """Return the rotation of directions (3, n) by angles toward tangents (3, n), which turn with them."""
-    cos, sin = np.cos(angle), np.sin(angle)
-    return lambda middle, ahead: (cos * middle + sin * ahead, cos * ahead - sin * middle)
-
-
-def _probes(count: int) -> tuple[Float[Array, " count"], Float[Array, " count"]]:
-    """Places of probes along an axis, in deviations, and their Gaussian weights."""
-    places = np.linspace(-2, 2, count)
-    weights = np.exp(-(places**2) / 2)
-    return places, weights / weights.sum()
+    columns = *footprint.direction.T, *footprint.matrix.reshape(-1, 4).T, footprint.bend
+    return kernel(sky).on_rays((*numbers, finest, aspect, longest, DEVIATION), columns, tables=tables)

@@ -12,10 +12,10 @@ from kerrcaustics.files import check_path
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.colour import shift_of
-from kerrcaustics.scenes.footprint import ASPECT, Footprint, averaged
+from kerrcaustics.scenes.footprint import ASPECT, LONGEST, Footprint, averaged
 from kerrcaustics.scenes.light_files import has_bytes, rows_of, size_of
 from kerrcaustics.scenes.scene_checks import check_brightness, check_light, check_light_of_file, check_number, not_light
-from kerrcaustics.scenes.sphere_pyramid import SphereRows, looked_up, pyramid
+from kerrcaustics.scenes.sphere_pyramid import SphereRows, pyramid
 from kerrcaustics.shapes import Float, Float32
 from kerrcaustics.spacetime.checks import flags, quoted, real_array
 from kerrcaustics.spacetime.sphere import from_angles
@@ -102,7 +102,7 @@ class Panorama:
         """Take over the rows of a chart."""
         check_number("aspect", aspect, "be a finite number from 1 on", lambda ratio: 1 <= ratio < math.inf)
         self.orientation, self.rows, self.aspect, self._shift = orientation, rows, aspect, shift_of(spectrum)
-        self._levels = pyramid(rows, blocks, precision)
+        self._pyramid = pyramid(rows, blocks, precision)
 
     def __repr__(self) -> str:
         """Return a line with its size."""
@@ -170,31 +170,20 @@ class Panorama:
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels; its colours shift by the spectrum."""
-        light = averaged(self._channels, footprint, finest=math.pi / self.rows, aspect=self.aspect)
-        return light * self._shift(footprint.redshift, beaming, colour_shift)
+        return self._averaged(footprint) * self._shift(footprint.redshift, beaming, colour_shift)
 
     def around(self, direction: Float[Array, "m 3"], size: Float[Array, " m"]) -> Float32[Array, "m 3"]:
         """Light (m, 3) about directions (m, 3), averaged over neighbourhoods of sizes (m,) in radians."""
-        light = self._channels(direction, size)
+        round_ones = Footprint(direction, size[:, None, None] * np.eye(2), np.zeros(len(size)), np.ones(len(size)))
+        light = self._averaged(round_ones, math.inf).astype(np.float32)
         return light if light.shape[1] == 3 else np.repeat(light, 3, axis=1)
 
-    def _channels(self, direction: Float[Array, "m 3"], size: Float[Array, " m"]) -> Float32[Array, "m channels"]:
-        """The same, and of a grey picture one channel."""
-        x, y, z = self.orientation.T @ direction.T
-        down, right = np.arctan2(np.sqrt(x * x + y * y), z) / math.pi, np.arctan2(y, x) / (2 * math.pi)
-        right -= np.floor(right)
-        level = np.clip(np.log2(np.maximum(size, 1e-9) * (self.rows / math.pi)), 0, len(self._levels) - 1)
-        lower = np.minimum(level.astype(int), max(len(self._levels) - 2, 0))
-        part = (level - lower).astype(np.float32)
-        light = np.empty((len(self._levels[0]), len(down)), np.float32)
-        for k in range(lower.min(initial=0), lower.max(initial=-1) + 1):
-            which = np.flatnonzero(lower == k)
-            place = down[which], right[which]
-            fine = looked_up(self._levels[k], *place)
-            if k + 1 < len(self._levels):
-                fine += part[which] * (looked_up(self._levels[k + 1], *place) - fine)
-            light[:, which] = fine
-        return light.T
+    def _averaged(self, footprint: Footprint, longest: float = LONGEST) -> Float[Array, "m channels"]:
+        """Light of pixels, of a grey picture in one channel."""
+        pixels, levels = self._pyramid
+        numbers = self.rows, len(levels), *self.orientation.ravel()
+        name = f"picture_{pixels.shape[1]}_{pixels.dtype.str[1:]}"
+        return averaged(name, numbers, [pixels, levels], footprint, math.pi / self.rows, self.aspect, longest)
 
 
 def save_sky(path: str | os.PathLike[str], light: ArrayLike, *, mirror: bool = False) -> None:

@@ -38,8 +38,9 @@ _FLAGS = (
     *("-std=c++17", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"),
     *("-fno-sanitize=undefined", "-fPIC", "-nostdlib", "-g0"),
 )
-# Texts in C++ beside those that are made, and the rooms whose modules are sources.
-_TEXTS = ("lanes.h", "functions.h", "coefficients.h", "processor.cc")
+# Texts in C++ beside those that are made: headers of all of these, and others; the rooms whose modules are sources.
+_HEADERS, _TABLES = ("lanes.h", "functions.h", "coefficients.h"), "tables.h"
+_TEXTS = (*_HEADERS, _TABLES, "processor.cc")
 _ROOMS = ("kerrcaustics.beams.", "kerrcaustics.spacetime.")
 # Objects as they were compiled are kept here, in a checkout.
 _KEPT = ROOM.parents[2] / "build" / "kernels"
@@ -167,7 +168,8 @@ def _sources() -> list[str]:
     """The files from which kernels are made: all that the programs and the generator import of the engine."""
     from kerrcaustics.beams.kernels import divisions, emission, lowering, programs
 
-    package, files = ROOM.parents[1], [Path(str(m.__file__)) for m in (divisions, emission, lowering, programs)]
+    modules = (divisions, emission, lowering, programs, *programs.modules())
+    package, files = ROOM.parents[1], [Path(str(module.__file__)) for module in modules]
     files += [
         Path(str(module.__file__))
         for name, module in sys.modules.items()
@@ -189,7 +191,8 @@ def build_library(text: Path, library: Path, name: str, level: str, lanes: int =
 def _built(program: str, *, levels: Sequence[str], name: str) -> tuple[dict[str, Any], dict[str, str]]:
     """The description of a program, and its objects."""
     text, about, has_loops = source_of(program)
-    headers = "".join((ROOM / file).read_text(encoding="utf-8") for file in _TEXTS[:3])
+    included = (*_HEADERS, _TABLES) if _TABLES in text else _HEADERS
+    headers = "".join((ROOM / file).read_text(encoding="utf-8") for file in included)
     _KEPT.mkdir(parents=True, exist_ok=True)
     objects = {}
     for level in levels:
@@ -221,9 +224,10 @@ def source_of(program: str) -> tuple[str, dict[str, Any], bool]:
     kinds = {output.leaf: output.kind for output in made.outputs}
     outputs = [[kinds[leaf], list(shape.shape)] for leaf, shape in enumerate(made.shapes)]
     tree = described(jax.tree.unflatten(made.tree, made.shapes), iter(range(len(outputs))))
-    about = {"by_ray": by_ray, "outputs": outputs, "tree": tree}
+    about = {"by_ray": by_ray, "tables": made.tables, "outputs": outputs, "tree": tree}
     has_loops = any(node.operation == "loopout" for node in made.graph.nodes)
-    return f'#include "functions.h"\n\n{emitted(made, program)}', about, has_loops
+    include = "".join(f'#include "{file}"\n' for file in ("functions.h", *([_TABLES] if made.tables else [])))
+    return f"{include}\n{emitted(made, program)}", about, has_loops
 
 
 def described(tree: Any, numbers: Iterator[int]) -> Any:

@@ -99,6 +99,8 @@ class DeviceKernel:
 
     def __init__(self, name: str) -> None:
         self._function = with_merged_divisions(graph_of(name)[0])
+        if self._function.tables:
+            raise NotImplementedError(f"There is no program of a GPU for {name}, which looks up numbers in tables.")
         self._programs: dict[int, Callable[..., Any]] = {}
 
     def on_rays(self, numbers: Sequence[float], columns: Sequence[np.ndarray]) -> Any:

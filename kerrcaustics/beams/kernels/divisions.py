@@ -26,7 +26,7 @@ def with_merged_divisions(function: Lowered) -> Lowered:
         given = tuple(new[a] for a in arguments)
         if operation == "div" and _is_merged(old, arguments, divisors[arguments[1]]):
             new[node] = graph.operation("mul", given[0], graph.operation("div", graph.const(1.0), given[1]))
-        elif not given or operation == "loopout":
+        elif not given or operation in ("loopout", "lookup"):
             new[node] = graph.make(operation, given, attribute, old.kinds[node])
         else:
             new[node] = graph.operation(operation, *given, kind=old.kinds[node])

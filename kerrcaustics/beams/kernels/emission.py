@@ -21,8 +21,8 @@ FUNCTIONS = frozenset((*_ROUNDING, *_ELEMENTARY))
 def emitted(function: Lowered, name: str) -> str:
     """The text of a function of C++ that computes all rays.
 
-    It takes the parameters of the call; the columns and the outputs, each by the address and the stride of its numbers;
-    the number of rays.
+    It takes the parameters of the call; the columns and the outputs, each by the address and the stride of its numbers,
+    behind the columns the tables, by their address and the number of their rows; the number of rays.
     """
     return _Text(function).all(name)
 
@@ -128,6 +128,10 @@ class _Text:
         alike = names if alone else [self._lanes(argument) for argument in arguments]
         if operation == "in":
             return f"load(in, {attribute}, i, n)"
+        if operation == "lookup":
+            kind, width = self._function.tables[attribute[0]]
+            slot = self._function.columns + attribute[0]
+            return f"looked_up<{kind}, {width}>(in[{slot}], {attribute[1]}, {alike[0]})"
         if operation in ("sin", "cos") and not alone:
             return f"t{arguments[0]}.{operation[0]}"
         if operation in _ARITHMETIC or operation in _COMPARISONS:

@@ -37,7 +37,11 @@ DOUBLES = Arithmetic({**ROUNDED_ONCE, **ELEMENTARY}, np.asarray, np.any)
 
 
 def evaluated(
-    function: Lowered, parameters: Sequence[Any], columns: Sequence[Any], arithmetic: Arithmetic = DOUBLES
+    function: Lowered,
+    parameters: Sequence[Any],
+    columns: Sequence[Any],
+    arithmetic: Arithmetic = DOUBLES,
+    tables: Sequence[np.ndarray] = (),
 ) -> list[Any]:
     """The outputs of a function.
 
@@ -49,13 +53,17 @@ def evaluated(
         Numbers of the call, and of the ray, in this arithmetic.
     arithmetic : Arithmetic
         The arithmetic.
+    tables : sequence of (n, k) array
+        Tables of the call; of doubles only.
     """
     if (len(parameters), len(columns)) != (function.parameters, function.columns):
         raise ValueError(
             f"The function takes {function.parameters} parameters and {function.columns} columns, "
             f"but got {len(parameters)} and {len(columns)}."
         )
-    run = _Run(function, {"param": parameters, "in": columns}, arithmetic)
+    if function.tables and arithmetic is not DOUBLES:
+        raise NotImplementedError("Tables are looked up by machine code and in doubles alone.")
+    run = _Run(function, {"param": parameters, "in": columns, "table": tables}, arithmetic)
     with np.errstate(all="ignore"):
         return run.outputs()
 
@@ -94,6 +102,10 @@ class _Run:
             if number not in self._left:
                 self._left[number] = self._run(self._loops[number])
             return self._left[number][place]
+        if operation == "lookup":
+            table = self._inputs["table"][attribute[0]]
+            rows = np.nan_to_num(np.clip(self._values[arguments[0]], 0, len(table) - 1)).astype(int)
+            return table[rows, attribute[1]].astype(float)
         return self._arithmetic.operations[operation](*(self._values[a] for a in arguments))
 
     def _run(self, loop: Loop) -> list[Any]:

@@ -17,7 +17,7 @@ class Node(NamedTuple):
     """An operation on other nodes.
 
     operation, its name; arguments, numbers of nodes; attribute: the text of a constant, the number of a column or of a
-    parameter, the place of a carried number.
+    parameter, the place of a carried number, the numbers of a table and of a column in it.
     """
 
     operation: str
@@ -29,7 +29,8 @@ class Graph:
     """Nodes by their numbers. The arguments of a node have smaller numbers than the node.
 
     Operations without arguments: "const"; "param", a number of the call; "in", a number of the ray; "carry", a number
-    that a loop carries. "loopout" is what a loop leaves (see loops.py). All others are operations of `operation`.
+    that a loop carries; "table", a table of the call. "loopout" is what a loop leaves (see loops.py), "lookup" a number
+    in the row of a table whose number is the argument. All others are operations of `operation`.
     """
 
     def __init__(self) -> None:

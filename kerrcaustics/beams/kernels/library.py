@@ -51,6 +51,7 @@ class Kernel:
     def __init__(self, function: Any, about: dict[str, Any]) -> None:
         function.argtypes, function.restype = [ctypes.c_void_p] * 3 + [ctypes.c_int64], None
         self._function, self._by_ray = function, about["by_ray"]
+        self._tables = about["tables"]
         self._rebuilt = _rebuilder(about["tree"])
         self._outputs, totals = [], {8: 0, 1: 0}
         for kind, shape in about["outputs"]:
@@ -70,18 +71,28 @@ class Kernel:
     def __call__(self, *arguments: Any) -> Any:
         """The values for trees of arguments."""
         flat = [*leaves(arguments)]
-        numbers = [value for value, by_ray in zip(flat, self._by_ray, strict=True) if not by_ray]
-        arrays = np.broadcast_arrays(*(value for value, by_ray in zip(flat, self._by_ray, strict=True) if by_ray))
+        numbers, given, tables = (
+            [value for value, by_ray in zip(flat, self._by_ray, strict=True) if by_ray is kind]
+            for kind in (False, True, None)
+        )
+        arrays = np.broadcast_arrays(*given)
         columns = [np.ascontiguousarray(values, float).ravel() for values in arrays]
-        return self.on_rays(numbers, columns, np.shape(arrays[0]))
+        return self.on_rays(numbers, columns, np.shape(arrays[0]), tables)
 
     def on_rays(
-        self, numbers: Sequence[float], columns: Sequence[np.ndarray], shape: tuple[int, ...] | None = None
+        self,
+        numbers: Sequence[float],
+        columns: Sequence[np.ndarray],
+        shape: tuple[int, ...] | None = None,
+        tables: Sequence[np.ndarray] = (),
     ) -> Any:
-        """The values for the numbers of the call and the columns of rays, (n,) or several in one array (n, k)."""
+        """The values for the numbers of the call and the columns of rays, (n,) or several in one array (n, k).
+
+        tables (rows, k): those of the call.
+        """
         held = [np.ascontiguousarray(column, float) for column in columns]
-        count, given = len(held[0]), np.array(numbers, float)
-        inputs = np.array([pair for column in held for pair in _slots(column)])
+        count, given, read = len(held[0]), np.array(numbers, float), self._checked(tables)
+        inputs = np.array([pair for column in held for pair in _slots(column)] + [(_address(t), len(t)) for t in read])
         reals, flags = np.empty(self._totals[8] * count), np.empty(self._totals[1] * count, bool)
         outputs = self._strided.copy()
         outputs[:, 0] += self._before * count
@@ -95,6 +106,13 @@ class Kernel:
             own = own.view(np.int8) if kind == "i" else own
             values.append(own if shape is None and not one else own.reshape((*batch, *one)))
         return self._rebuilt(values)
+
+    def _checked(self, tables: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """The tables as they are read."""
+        read = [np.ascontiguousarray(table, dtype) for table, (dtype, _) in zip(tables, self._tables, strict=True)]
+        if any(table.shape != (max(len(table), 1), k) for table, (_, k) in zip(read, self._tables, strict=True)):
+            raise ValueError(f"The kernel reads tables {self._tables}, but got {[table.shape for table in read]}.")
+        return read
 
 
 def _address(values: np.ndarray) -> int:

@@ -26,7 +26,8 @@ class Lowered:
     """A function of one ray as a graph.
 
     outputs: all elements of all leaves of the result in order; shapes: shape and type of each leaf; tree: the structure
-    of the result; columns and parameters: how many numbers of the ray, and of the call, the function takes.
+    of the result; columns and parameters: how many numbers of the ray, and of the call, the function takes; tables: the
+    type of numbers and the width of each table of the call (see tables.py).
     """
 
     graph: Graph
@@ -35,6 +36,7 @@ class Lowered:
     tree: Any
     columns: int
     parameters: int
+    tables: tuple[tuple[str, int], ...] = ()
 
     @property
     def roots(self) -> list[int]:
@@ -43,7 +45,7 @@ class Lowered:
 
 
 @own_settings()
-def lowered(function: Callable[..., Any], arguments: Sequence[Any], by_ray: Sequence[bool]) -> Lowered:
+def lowered(function: Callable[..., Any], arguments: Sequence[Any], by_ray: Sequence[bool | None]) -> Lowered:
     """A function of one ray as a graph.
 
     Parameters
@@ -52,9 +54,9 @@ def lowered(function: Callable[..., Any], arguments: Sequence[Any], by_ray: Sequ
         A function that JAX can trace.
     arguments : sequence
         Its arguments, trees of numbers and small arrays. Only their types and shapes matter.
-    by_ray : sequence of bool
+    by_ray : sequence of bool or None
         For each leaf of the arguments in the order of `jax.tree.leaves`, True if each ray has its own: a column for
-        each element. Other leaves are parameters of a call.
+        each element. Other leaves are parameters of a call or, where this is None, tables (n, k) for any n.
 
     Raises
     ------
@@ -64,17 +66,24 @@ def lowered(function: Callable[..., Any], arguments: Sequence[Any], by_ray: Sequ
     traced, shape = jax.make_jaxpr(function, return_shape=True)(*arguments)
     shapes, tree = jax.tree.flatten(shape)
     graph = Graph()
-    inputs, columns, parameters = _inputs(graph, [variable.aval for variable in traced.jaxpr.invars], by_ray)
+    types = [variable.aval for variable in traced.jaxpr.invars]
+    inputs, columns, parameters = _inputs(graph, types, by_ray)
     results = Lowering(graph).closed(traced, inputs)
     kinds = [kind_of(leaf.dtype) for leaf in shapes]
     outputs = [Output(int(n), kinds[i], i) for i, result in enumerate(results) for n in result.ravel()]
-    return Lowered(graph, tuple(outputs), tuple(shapes), tree, columns, parameters)
+    tables = [(leaf.dtype.str[1:], leaf.shape[1]) for leaf, own in zip(types, by_ray, strict=True) if own is None]
+    return Lowered(graph, tuple(outputs), tuple(shapes), tree, columns, parameters, tuple(tables))
 
 
-def _inputs(graph: Graph, types: Sequence[Any], by_ray: Sequence[bool]) -> tuple[list[Nodes], int, int]:
+def _inputs(graph: Graph, types: Sequence[Any], by_ray: Sequence[bool | None]) -> tuple[list[Nodes], int, int]:
     """Nodes of the arguments; the number of columns and of parameters."""
-    counts, inputs = {"in": 0, "param": 0}, []
+    counts, inputs = {"in": 0, "param": 0, "table": 0}, []
     for leaf, is_column in zip(types, by_ray, strict=True):
+        if is_column is None:
+            # A table as a whole is one node.
+            inputs.append(np.array(graph.make("table", (), counts["table"])))
+            counts["table"] += 1
+            continue
         operation = "in" if is_column else "param"
         first, size = counts[operation], int(np.prod(leaf.shape))
         nodes = [graph.make(operation, (), number) for number in range(first, first + size)]
@@ -134,6 +143,10 @@ class Lowering:
             pairs = zip(*(array.ravel().tolist() for array in np.broadcast_arrays(*inputs)), strict=True)
             nodes = [self.graph.operation("copysign", size, sign) for size, sign in pairs]
             return [np.array(nodes, int).reshape(equation.outvars[0].aval.shape)]
+        if equation.params.get("name") == "table_row":
+            table, index = (array.item() for array in inputs)
+            number, columns = self.graph.nodes[table].attribute, range(equation.outvars[0].aval.size)
+            return [np.array([self.graph.make("lookup", (index,), (number, column)) for column in columns])]
         inner = next(equation.params[key] for key in ("jaxpr", "call_jaxpr", "fun_jaxpr") if key in equation.params)
         return self.closed(inner, inputs) if hasattr(inner, "consts") else self.open(inner, [], inputs)
 

@@ -3,7 +3,9 @@
 from collections.abc import Callable
 from enum import Enum
 from functools import partial
+from importlib import import_module
 from itertools import product
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import jax
@@ -12,6 +14,7 @@ from kerrcaustics.beams import bundle_formulas
 from kerrcaustics.beams.closed_form import deep_rays, formula
 from kerrcaustics.beams.integrator import integrated
 from kerrcaustics.beams.kernels.lowering import Lowered, lowered
+from kerrcaustics.beams.kernels.tables import Table
 from kerrcaustics.beams.ray_end import Wanted
 from kerrcaustics.beams.ray_state import Aim, Bundle, BundleState, Constants, Path
 from kerrcaustics.beams.traced_ends import PLACES
@@ -28,7 +31,7 @@ class Number(Enum):
 
 
 class Program(NamedTuple):
-    """A function to be made into a kernel, and trees of `Number` in the place of its arguments."""
+    """A function to be made into a kernel, and trees of `Number` and `Table` in the place of its arguments."""
 
     function: Callable[..., Any]
     arguments: tuple[Any, ...]
@@ -55,15 +58,30 @@ _FOUR = (_ONE, _ONE, _ONE, _ONE)
 _PHOTON = Photon(*_FOUR, _FOUR, _FOUR, _ONE)
 
 
+# Modules of other rooms that have programs: they use this one, and so have their names here.
+_MODULES = ("kerrcaustics.scenes.sky_formulas",)
+
+
 def programs() -> dict[str, Program]:
     """All kernels by their names."""
-    return {**_of_closed_form(), **_of_short_rays(), **_of_integrator(), **_of_deep_rays(), **_of_paths()}
+    of_rays = {**_of_closed_form(), **_of_short_rays(), **_of_integrator(), **_of_deep_rays(), **_of_paths()}
+    return of_rays | {name: program for module in modules() for name, program in module.programs().items()}
 
 
-def graph_of(program: str) -> tuple[Lowered, list[bool]]:
-    """The graph of a kernel by its name, and for each leaf of its arguments True if each ray has its own."""
+def modules() -> list[ModuleType]:
+    """Modules of other rooms whose function `programs` names kernels."""
+    return [import_module(name) for name in _MODULES]
+
+
+def graph_of(program: str) -> tuple[Lowered, list[bool | None]]:
+    """The graph of a kernel by its name, and for each leaf of its arguments True if each ray has its own.
+
+    None for a table.
+    """
     function, arguments = programs()[program]
-    by_ray = [number is not Number.OF_CALL for number in jax.tree.leaves(arguments)]
+    by_ray = [
+        None if isinstance(number, Table) else number is not Number.OF_CALL for number in jax.tree.leaves(arguments)
+    ]
     return lowered(function, jax.tree.map(lambda number: number.value, arguments), by_ray), by_ray
 
 
