@@ -48,7 +48,7 @@ def test_side_by_side_has_the_set_up_of_the_older_tracer():
     camera, disk = figure.CAMERA, figure.DISK
     assert (camera.spin, camera.radius, disk.inner, disk.outer) == (0.6, 70, 4, 10)
     assert math.degrees(camera.inclination) == pytest.approx(90 - 180 / 46)
-    assert math.degrees(figure.VIEW.field_of_view) == pytest.approx(39)
+    assert math.degrees(figure.VIEW.field_of_view) == pytest.approx(39) and figure.SKY_RADIUS == 80
 
 
 def test_orbits_of_the_hot_spots_are_circular_geodesics():

@@ -380,6 +380,19 @@ def test_far_from_the_hole_the_flat_picture_is_that_of_render():
     assert other.max() > 0.3 and np.abs(one - other).mean() < 0.003
 
 
+def test_far_from_the_hole_a_flat_sky_of_finite_radius_is_that_of_render():
+    camera = kc.Camera(0.0, 1e7, math.radians(70), "static")
+    view, radius = kc.pictures.View(60, 40, math.radians(30), forward=(0.2, 0.9, 0.3)), 1.3e7
+    rng = np.random.default_rng(5)
+    stars = kc.skies.StarCatalogue(rng.normal(size=(3000, 3)), np.zeros(3000), np.full(3000, 0.65))
+    for sky in (kc.skies.Checkerboard(), kc.skies.StarField(stars, orientation=np.eye(3), band=0)):
+        one, other = render_flat(camera, view, sky, sky_radius=radius), kc.render(camera, view, sky, sky_radius=radius)
+        assert one.max() > 0.3 and np.allclose(one, other.light, atol=2e-3 * one.max())
+        assert not np.allclose(one, render_flat(camera, view, sky), atol=0.1 * one.max())
+    with pytest.raises(ValueError, match="Argument `sky_radius` must be larger than the radius of the camera, 1e"):
+        render_flat(camera, view, sky, sky_radius=1e7)
+
+
 def test_the_horizon_is_not_in_the_volume():
     """Rays that fall in through a volume that reaches down to the horizon end, with finite light."""
     volume = kc.disks.Volume(0.1, 5000.0, kerr.horizon(0.6) + 1e-3, 12.0, motion="fiducial")

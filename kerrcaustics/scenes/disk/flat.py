@@ -1,5 +1,7 @@
 """The same picture without the hole: straight rays in flat space, to show beside what `render` makes."""
 
+import math
+
 import numpy as np
 
 from kerrcaustics.results.declared import usual_warnings
@@ -12,6 +14,7 @@ from kerrcaustics.scenes.sky_light import Sky
 from kerrcaustics.scenes.view import View
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.camera import Camera, check_camera
+from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.sphere import from_angles, polar_basis
 
 Array = np.ndarray
@@ -22,7 +25,7 @@ _DIVISIONS = 6
 
 @usual_warnings
 def render_flat(
-    camera: Camera, view: View, sky: Sky | None = None, *, disk: Disk | None = None
+    camera: Camera, view: View, sky: Sky | None = None, *, disk: Disk | None = None, sky_radius: float = math.inf
 ) -> Float[Array, "height width 3"]:
     """Light (height, width, 3) of a sky and a disk as a camera at rest sees them where there is no hole.
 
@@ -32,9 +35,10 @@ def render_flat(
         Its place (radius, inclination) counts as spherical coordinates, its axes stay; it does not move.
     view : View
     sky : Checkerboard, Panorama, StarField or anything else with their method `light`, optional
-        At infinity, as the celestial sphere.
     disk : Disk, optional
         In the plane z = 0, between circles of its radii; no light is shifted.
+    sky_radius : float
+        Radius of the sphere with `sky`, beyond the camera; the flux of a star is that at its centre.
 
     Errors
     ------
@@ -42,11 +46,16 @@ def render_flat(
     """
     check_camera(camera)
     check_picture(camera, view)
+    start = camera.radius * from_angles(camera.inclination, 0.0)
+    if not sky_radius > camera.radius:
+        must = f"be larger than the radius of the camera, {camera.radius:g}"
+        raise ValueError(f"Argument `sky_radius` must {must}, but is {quoted(sky_radius)}.")
     y, x = (place.ravel() for place in np.mgrid[: view.height, : view.width])
     light = np.zeros((len(x), 3))
     if sky is not None:
-        light = light + sky.light(_footprint(camera, view, x, y), False, False)
-        _draw_points(camera, view, sky, light.reshape(view.height, view.width, 3))
+        place = start / sky_radius
+        light = light + sky.light(_footprint(*_line_of_sight(camera, view, x, y), place), False, False)
+        _draw_points(camera, view, sky, place, light.reshape(view.height, view.width, 3))
     disk = disk_about(disk, camera)
     if disk is not None:
         within = (np.arange(_DIVISIONS) + 0.5) / _DIVISIONS - 0.5
@@ -73,22 +82,30 @@ def _turn(camera: Camera) -> Float[Array, "3 3"]:
     return np.asarray(camera.frame().basis) @ np.stack([outward, e_theta, np.array([0.0, 1.0, 0.0])])
 
 
-def _draw_points(camera: Camera, view: View, sky: Sky, light: Float[Array, "h w 3"]) -> None:
+def _draw_points(camera: Camera, view: View, sky: Sky, viewer: Float[Array, "3"], light: Float[Array, "h w 3"]) -> None:
     """Add the points of light that a sky may have, where they are."""
     points: PointLights | None = getattr(sky, "points", None)
     if points is None:
         return
-    direction = points.direction @ _turn(camera).T
-    place = view.pixels(direction)
+    way = points.direction - viewer
+    length = np.linalg.norm(way, axis=1)
+    place = view.pixels(way / length[:, None] @ _turn(camera).T)
     some = ((place > -2) & (place < (view.width + 1, view.height + 1))).all(axis=1)
-    drawn(light, view, place[some], points.flux[some])
+    # The sphere's own solid angle, as its centre and as the camera sees it.
+    magnification = np.vecdot(way, points.direction) / length**3
+    drawn(light, view, place[some], points.flux[some] * magnification[some, None])
 
 
-def _footprint(camera: Camera, view: View, x: Array, y: Array) -> Footprint:
-    """Footprints of pixels on the sky in their own directions."""
-    direction, steps = _line_of_sight(camera, view, x, y)
-    matrix = np.stack(polar_basis(direction), axis=-2) @ steps
-    return Footprint(direction, matrix, np.zeros(len(direction)), np.ones(len(direction)))
+def _footprint(direction: Float[Array, "n 3"], steps: Float[Array, "n 3 2"], viewer: Float[Array, "3"]) -> Footprint:
+    """Footprints of pixels on the unit sphere, in directions with their steps from a place within."""
+    ahead = direction @ viewer
+    length = (np.sqrt(ahead**2 + 1 - viewer @ viewer) - ahead)[:, None]
+    end = viewer + length * direction
+    # The end stays on the sphere: it moves across the ray, and along it as far as that takes.
+    along = (end[:, None] @ steps) / np.vecdot(end, direction)[:, None, None]
+    steps = length[..., None] * (steps - direction[..., None] * along)
+    matrix = np.stack(polar_basis(end), axis=-2) @ steps
+    return Footprint(end, matrix, np.zeros(len(end)), np.ones(len(end)))
 
 
 def _disk_light(
