@@ -144,11 +144,11 @@ def older_ray(off, swept):
 def test_the_camera_comes_down_on_the_older_way(tmp_path):
     (tmp_path / "approach.toml").write_text(template_text("approach"), encoding="utf-8")
     scene = kc.SceneFile.read(tmp_path / "approach.toml")
-    assert (scene.frames, scene.rate) == (500, 25)
-    for time in (-227.0, -100.0, 0.0):
+    assert (scene.frames, scene.rate) == (520, 25)
+    for time in (-227.0, -100.0, 0.0, 9.4):
         since = time + 227
         r = 600 - 2.53 * since
-        calm, phi = ((600 - r) / 575) ** 20, math.radians(3 * since)
+        calm, phi = min(((600 - r) / 575) ** 20, 1), math.radians(3 * since)
         camera = scene.camera(time)
         assert camera.radius == pytest.approx(r, rel=1e-12)
         assert math.degrees(camera.inclination) == pytest.approx(84 + 8 * math.sin(phi) * (1 - calm) + 3 * calm)
@@ -156,6 +156,8 @@ def test_the_camera_comes_down_on_the_older_way(tmp_path):
         values = scene.views.values(time)
         assert values["view.tilt_deg"] == pytest.approx(8 * math.cos(phi) * (1 - calm))
         assert values["view.yaw_deg"] == pytest.approx(calm)
+    # The horizon is at 1.8.
+    assert 1.8 < camera.radius < 2
 
 
 def test_textures_lie_as_the_older_ones_do():
