@@ -155,6 +155,7 @@ def test_separated_modes_give_the_fields_of_the_table(viewer):
     assert (rest < 1e-10).all()
 
 
+@pytest.mark.slow
 def test_separated_modes_are_partial_waves_without_spin():
     angles = np.array([0.3, 1.8, 3.1])
     # Seen from the axis, angles from the viewer are those of places.
