@@ -41,9 +41,9 @@ _ALIKE = 1.5
 class CellSearch:
     """The search for images in some cells, prepared once for all stars."""
 
-    def __init__(self, cells: SkyCells, nearest: float = NEAREST) -> None:
-        """cells: those that are searched; nearest: in their pixels."""
-        self.cells, self._nearest = cells, nearest
+    def __init__(self, cells: SkyCells, nearest: float = NEAREST, over: float = _OVER) -> None:
+        """cells: those that are searched, so far into their neighbours; nearest: in their pixels."""
+        self.cells, self._nearest, self._over = cells, nearest, over
         self._data, self._rates = (_polynomials(part) for part in (cells.data, cells.rates))
         self._parts = _CellParts(*(np.concatenate(column) for column in zip(_NO_PART, *_parts(cells), strict=True)))
 
@@ -82,7 +82,7 @@ class CellSearch:
         across = polar_basis(target)
         # Both are zero where n' is the star's direction.
         miss = np.stack([np.einsum("kcn,nc->kn", data, axis) for axis in across], axis=1)
-        which, place, slopes = _solved(miss, at.T)
+        which, place, slopes = _solved(miss, at.T, self._over)
         steps = np.einsum("xkm,kmc->mxc", slopes, np.stack(across)[:, which])
         return self._imaged(cell[which], star[which], place.T, steps)
 
@@ -209,9 +209,9 @@ def _within(
 
 
 def _solved(
-    miss: Float[Array, "12 2 n"], at: Float[Array, "2 n"]
+    miss: Float[Array, "12 2 n"], at: Float[Array, "2 n"], over: float
 ) -> tuple[Int[Array, " m"], Float[Array, "2 m"], Float[Array, "2 2 m"]]:
-    """Solve for zeros of pairs of polynomials, from places in the unit square.
+    """Solve for zeros of pairs of polynomials in the unit square, and so far beyond it, from places in it.
 
     Returns the pair (m,), the place (2, m), and the slopes there (2, 2, m), along x and y of both.
     """
@@ -232,7 +232,7 @@ def _solved(
         if not len(going):
             break
         keep, at, miss = keep[going], at[:, going], miss.take(going, axis=2)
-    which = np.flatnonzero((np.abs(place - 0.5).max(axis=0) <= 0.5 + _OVER) & (off < _SOLVED))
+    which = np.flatnonzero((np.abs(place - 0.5).max(axis=0) <= 0.5 + over) & (off < _SOLVED))
     return which, place[:, which], slopes[..., which]
 
 

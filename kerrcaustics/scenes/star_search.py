@@ -46,7 +46,10 @@ _BESIDE, _ROWS, _SAME, _SAME_ANGLE = 0.25, 2.0, 0.3, 0.05
 _EDGE_POINTS = 1440
 # Images in charts are refined in so many steps, none longer than the first of these (pixels of the chart), and the last
 # one shorter than the second.
-_REFINEMENTS, _LONGEST_MOVE, _MOVED_LAST = 2, 0.5, 0.02
+_REFINEMENTS, _LONGEST_MOVE, _MOVED_LAST = 6, 0.5, 0.02
+# Next to a critical curve small errors of a chart displace images far: cells are searched so far into their neighbours
+# (sizes of them). Refined images are cut so much closer to the curve.
+_OVER, _CLOSER = 0.1, 0.02
 # Charts do not resolve longer traces (pixels) of a map that moves itself.
 _LONGEST_IN_CHART = 8.0
 
@@ -162,7 +165,7 @@ class StarSearch:
             apart = _before(plane, edge, cells)
             cells = SkyCells(*(part[apart] for part in cells))
         least = _least_seen(self._camera, self._view, plane, cells)
-        return _SearchedChart(plane, edge, self._end, CellSearch(cells, nearest), least, nearest, same)
+        return _SearchedChart(plane, edge, self._end, CellSearch(cells, nearest, _OVER), least, nearest, same)
 
     def _chart_pixels(self, chart: EdgeChart | CapChart, limit: float) -> Bool[Array, "h w"]:
         """Pixels of a chart in which uncovered ones of the picture lie: by samples of both."""
@@ -243,18 +246,19 @@ class _SearchedChart(NamedTuple):
 
     def _refined(self, camera: Viewer, points: Imaged, lights: PointLights) -> Imaged:
         """Images at places of the map itself, which the chart knows about: where there is one of the same parity."""
-        place, target, length = points.place.copy(), lights.direction[points.star], np.zeros(len(points.star))
+        place, target, length = points.place.copy(), lights.direction[points.star], np.full(len(points.star), np.inf)
         for _ in range(_REFINEMENTS):
-            value, columns = self._beams(camera, place)
-            move = steps_to(columns, target - value)
-            length = np.sqrt((move**2).sum(axis=1))
-            place += move * np.minimum(1, _LONGEST_MOVE / np.maximum(length, 1e-300))[:, None]
+            left = np.flatnonzero(length > _MOVED_LAST)
+            value, columns = self._beams(camera, place[left])
+            move = steps_to(columns, target[left] - value)
+            length[left] = np.sqrt((move**2).sum(axis=1))
+            place[left] += move * np.minimum(1, _LONGEST_MOVE / np.maximum(length[left], 1e-300))[:, None]
         columns = self._beams(camera, place)[1]
         same = np.vecdot(_normals(columns), _normals(points.steps)) > 0
         better = same & (length < _MOVED_LAST) & (np.abs(place - points.place).max(axis=1) < _LONGEST_MOVE)
         steps = np.where(better[:, None, None], columns, points.steps)
-        area = np.where(better, areas(steps, points.curving, self.nearest), points.area)
-        return points._replace(place=np.where(better[:, None], place, points.place), steps=steps, area=area)
+        area = np.where(better, areas(steps, points.curving, _CLOSER * self.nearest), points.area)
+        return once(points._replace(place=np.where(better[:, None], place, points.place), steps=steps, area=area))
 
     def _beams(self, camera: Viewer, place: Float[Array, "m 2"]) -> tuple[Float[Array, "m 3"], Float[Array, "m 2 3"]]:
         """n' and its steps, by beams."""

@@ -22,9 +22,9 @@ Array = np.ndarray
 
 # Stars of the first layer, and how many times as many belong to it and the next one together, and so on.
 _BRIGHTEST, _TIMES = 2048, 4
-# Images fade where a pixel sees so many stars of their layer and those before, or so much of the whole sky, and are
-# gone where it sees so many times as much.
-_MANY, _MOST, _FADING = 2, 8.0, 4.0
+# Images fade where a pixel sees so many stars of their layer and those before, of few stars where it sees so many times
+# the whole sky, and are gone where it sees so many times as much.
+_MANY, _FEW, _MOST, _FADING = 2, 100, 32.0, 4.0
 BRIGHTEST = 4 * math.pi * _MANY / _BRIGHTEST
 """The solid angle that a pixel sees where images of the brightest of many stars begin to fade."""
 # Pixels of the picture of a layer have this part of the width of what a pixel sees there.
@@ -47,7 +47,7 @@ def limits(flux: Float[Array, "stars 3"]) -> Float[Array, " stars"]:
     last = max(round(math.log(max(len(flux) / _BRIGHTEST, 1)) / math.log(_TIMES)), 0)
     layer = np.minimum(np.ceil(np.log(np.maximum(rank / _BRIGHTEST, 1)) / math.log(_TIMES)), last)
     count = np.where(layer == last, len(flux), _BRIGHTEST * _TIMES**layer)
-    return 4 * math.pi * np.minimum(_MANY / count, _MOST)
+    return np.full(len(flux), 4 * math.pi * _MOST) if len(flux) <= _FEW else 4 * math.pi * _MANY / count
 
 
 class Footing:
