@@ -54,11 +54,11 @@ def picture_of(view: kc.pictures.View) -> np.ndarray:
 
 def main(output: Path) -> list[Path]:
     caustics = kc.caustics(CAMERA, orders=3)
-    whole = kc.pictures.View.toward_hole(CAMERA, 640, 456, math.radians(200), "fisheye")
+    whole = kc.pictures.View.toward_hole(CAMERA, 640, 500, math.radians(232), "fisheye")
     near = flat_edge(360, 360, math.radians(24))
     with rc_context(style.RC):
-        figure = Figure(figsize=(style.PAGE_WIDTH, 8.4), layout="constrained")
-        grid = figure.add_gridspec(2, 2, height_ratios=[1.5, 1])
+        figure = Figure(figsize=(style.PAGE_WIDTH, 8.8), layout="constrained")
+        grid = figure.add_gridspec(2, 2, height_ratios=[1.6, 1])
         sky = seen(figure.add_subplot(grid[0, :]), whole, picture_of(whole))
         show_critical_curves(sky, whole, caustics, on_black=True, linewidth=0.9, path_effects=[])
         sky.set_title("(a) camera sky")
