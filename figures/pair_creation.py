@@ -9,10 +9,11 @@ Remakes JTFT figure 6.
 
 The paper's: hole, camera, the star 18 degrees above the equatorial plane (θ′ = 0.392 π; JTFT counts it from the other
 pole, as 0.608 π), the moments after the creation and before the annihilation, the numbers, the track just below the
-shadow. Ours: the first row, a time of 1 M from the events, and one colour for each index on the tracks. #1 is there all
-the time. At the creation #2 and #3 spring up together, #2 inside the secondary critical curve (index 2) and #3 outside
-(index 1). #2 then moves along the track counter-clockwise, #1 and #3 clockwise. On the other side #2 meets #1, both
-vanish, and #3 has taken the place of #1. The primary image, of order 0, is behind the camera at these times.
+shadow. Ours: the first row, a time of 1 M from the events, larger dots for brighter images, and one colour for each
+index on the tracks. #1 is there all the time. At the creation #2 and #3 spring up together, #2 inside the secondary
+critical curve (index 2) and #3 outside (index 1). #2 then moves along the track counter-clockwise, #1 and #3 clockwise.
+On the other side #2 meets #1, both vanish, and #3 has taken the place of #1. The primary image, of order 0, is behind
+the camera at these times.
 """
 
 import math
@@ -42,6 +43,8 @@ SOON = 1.0
 VIEW = 70.0
 # From the dots to the middle of their numbers, points of type; and from where on dots push numbers away, degrees.
 BESIDE, CLOSE = 12.0, 15.0
+# Size of the dot of an image as bright as its star (points), magnitudes by which dots grow one point, and the limits.
+SIZE, MAGNITUDES, SIZES = 6.5, 1.0, (2.5, 9.0)
 
 
 def main(output: Path) -> list[Path]:
@@ -78,7 +81,7 @@ def draw_tracks(ax: Axes, tracks: StarTracks, axes: np.ndarray) -> None:
 
 
 def draw_images(ax: Axes, images: kc.StarImages, axes: np.ndarray) -> Axes:
-    """The images at one moment as dots with their numbers, which follow from index and side.
+    """The images at one moment as dots, the brighter the larger, with their numbers, which follow from index and side.
 
     That of #2 stands by its dot within the shadow, the others by theirs outside.
     """
@@ -88,11 +91,17 @@ def draw_images(ax: Axes, images: kc.StarImages, axes: np.ndarray) -> Axes:
     names = ["#0" if k == 0 else "#2" if k == 2 else "#1" if place[0] < 0 else "#3"
              for k, place in zip(images.index[first], places, strict=True)]  # fmt: skip
     seen = np.abs(places).max(axis=1) < VIEW
-    for place in places[seen]:
-        ax.plot(*place, "o", markersize=5, color="black", zorder=4)
+    # Below the marks of events, which they may come close to.
+    for place, size in zip(places[seen], sizes_of_dots(images.magnification[first][seen]), strict=True):
+        ax.plot(*place, "o", markersize=size, color="black", zorder=2.4)
     shown = [name for name, here in zip(names, seen, strict=True) if here]
     number_images(ax, places[seen], shown, BESIDE * sides_of_numbers(places[seen], shown))
     return ax
+
+
+def sizes_of_dots(magnification: np.ndarray) -> np.ndarray:
+    """Sizes (n,) of dots, points: as for stars on charts, one more for so many magnitudes."""
+    return np.clip(SIZE + np.log10(magnification) / 0.4 / MAGNITUDES, *SIZES)
 
 
 def sides_of_numbers(places: np.ndarray, names: list[str]) -> np.ndarray:
