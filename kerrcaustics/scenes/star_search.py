@@ -258,7 +258,7 @@ class _SearchedChart(NamedTuple):
         better = same & (length < _MOVED_LAST) & (np.abs(place - points.place).max(axis=1) < _LONGEST_MOVE)
         steps = np.where(better[:, None, None], columns, points.steps)
         area = np.where(better, areas(steps, points.curving, _CLOSER * self.nearest), points.area)
-        return once(points._replace(place=np.where(better[:, None], place, points.place), steps=steps, area=area))
+        return points._replace(place=np.where(better[:, None], place, points.place), steps=steps, area=area)
 
     def _beams(self, camera: Viewer, place: Float[Array, "m 2"]) -> tuple[Float[Array, "m 3"], Float[Array, "m 2 3"]]:
         """n' and its steps, by beams."""
@@ -272,8 +272,7 @@ class _SearchedChart(NamedTuple):
     ) -> PictureImages:
         """Images as a picture shows them, at places that are accepted."""
         points = self._refined(camera, self._points(lights, pool), lights)
-        if self.plane is self.edge:
-            points = _round_once(points, self.plane.width)
+        points = _round_once(points, self.plane.width) if self.plane is self.edge else once(points)
         accepted = accepts(view.pixels(self.plane.directions(*points.place.T)[0]))
         points = Imaged(*(part[accepted] for part in points))
         sky, chart_steps = self.plane.directions(*points.place.T)

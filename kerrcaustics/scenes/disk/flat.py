@@ -14,7 +14,7 @@ from kerrcaustics.scenes.sky_light import Sky
 from kerrcaustics.scenes.view import View
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.camera import Camera, check_camera
-from kerrcaustics.spacetime.checks import quoted
+from kerrcaustics.spacetime.checks import quoted, real_number
 from kerrcaustics.spacetime.sphere import from_angles, polar_basis
 
 Array = np.ndarray
@@ -47,7 +47,7 @@ def render_flat(
     check_camera(camera)
     check_picture(camera, view)
     start = camera.radius * from_angles(camera.inclination, 0.0)
-    if not sky_radius > camera.radius:
+    if not real_number("sky_radius", sky_radius) > camera.radius:
         must = f"be larger than the radius of the camera, {camera.radius:g}"
         raise ValueError(f"Argument `sky_radius` must {must}, but is {quoted(sky_radius)}.")
     y, x = (place.ravel() for place in np.mgrid[: view.height, : view.width])
