@@ -132,7 +132,7 @@ def check_orders(orders: object) -> None:
 
 
 def _caustic(camera: Viewer, surface: Spherical, curve: CriticalCurve, features: Features) -> Caustic:
-    points = curve.points
+    points, tips = curve.points, [tip for tip, _ in features.cusps]
     theta, phi = points.theta, points.azimuth
     extremes = {"theta_min": theta.min(), "theta_max": theta.max(), "phi_min": phi.min(), "phi_max": phi.max()}
     error = points.error.max() if curve.on_axis else points.angle_error.max()
@@ -145,9 +145,10 @@ def _caustic(camera: Viewer, surface: Spherical, curve: CriticalCurve, features:
         elif curve.is_resolved:
             remarks.append(f"{name} could not be refined between the points")
             error += steps(points)[0].max()
+    sky = shown_line_of_sight(camera, np.concatenate([part.line_of_sight for part in (points, *tips)]))
     cusps = tuple(
-        Cusp(shown_line_of_sight(camera, p.line_of_sight)[0], np.array([p.theta[0], p.azimuth[0]]), doubt)
-        for p, doubt in features.cusps
+        Cusp(place, np.array([tip.theta[0], tip.azimuth[0]]), doubt)
+        for place, tip, (_, doubt) in zip(sky[len(points) :], tips, features.cusps, strict=True)
     )
     kind, remark = _kind(curve, len(cusps), lost=features.lost_cusps)
     if remark:
@@ -159,7 +160,7 @@ def _caustic(camera: Viewer, surface: Spherical, curve: CriticalCurve, features:
     return Caustic(
         camera=camera,
         order=curve.order,
-        sky=shown_line_of_sight(camera, points.line_of_sight),
+        sky=sky[: len(points)],
         place=np.stack([theta, phi], axis=-1),
         cusps=cusps,
         **{name: float(value) for name, value in extremes.items()},  # pyright: ignore[reportArgumentType]

@@ -113,9 +113,9 @@ class Search:
         self._straight = self.camera.straight_ahead
 
     def index_and_ratio(
-        self, edge_phase: Float[Array, " points"], depth: Float[Array, " points"]
-    ) -> tuple[Int[Array, " points"], Float[Array, " points"]]:
-        """Morse index (a large number where captured) and delta_minus / delta_plus at (edge phase, depth).
+        self, edge_phase: Float[Array, "*#points"], depth: Float[Array, "*#points"]
+    ) -> tuple[Int[Array, "*points"], Float[Array, "*points"]]:
+        """Morse index (a large number where captured) and delta_minus / delta_plus at (edge phase, depth), broadcast.
 
         Beams that leave close to the principal null directions turn through less than half a circle and meet no
         conjugate point: they are not traced, and their ratio is given as 1. The same holds for those that never come
@@ -166,8 +166,7 @@ class Search:
         index = np.empty((0, len(edge_phase)), int)
         depths = np.empty(0)
         while True:
-            grid_turn, grid_depth = np.meshgrid(edge_phase, depth)
-            node_index = self.index_and_ratio(grid_turn.ravel(), grid_depth.ravel())[0].reshape(grid_turn.shape)
+            node_index, _ = self.index_and_ratio(edge_phase, depth[:, None])
             index, depths = np.concatenate([index, node_index]), np.concatenate([depths, depth])
             passed = (index >= orders).all(axis=1)
             if passed.any() or depths[-1] >= sky_lines.DEEPEST + self.domain.sunk:
@@ -225,8 +224,7 @@ class Search:
         """Depths close to the curves of the given orders, and how far off they may be; 0 where there is no such."""
         place = np.linspace(0, 1, _SECTIONS)[:, None]
         depth = low + (high - low) * place
-        every = np.broadcast_arrays(depth, edge_phase, order)
-        side = self._side(*(values.ravel() for values in every)).reshape(depth.shape)
+        side = self._side(depth, edge_phase, order)
         after = (side < 0).argmax(axis=0)
         before, lines = np.maximum(after - 1, 0), np.arange(len(edge_phase))
         outer, inner = side[before, lines], side[after, lines]
@@ -236,8 +234,8 @@ class Search:
         return depth[before, lines] + width * part, width
 
     def _side(
-        self, depth: Float[Array, " points"], edge_phase: Float[Array, " points"], order: Int[Array, " points"]
-    ) -> Float[Array, " points"]:
+        self, depth: Float[Array, "*points"], edge_phase: Float[Array, "*#points"], order: Int[Array, "*#points"]
+    ) -> Float[Array, "*points"]:
         """|delta_minus| / delta_plus next to the curves of the given orders, else 1; negative inside of them."""
         index, ratio = self.index_and_ratio(edge_phase, depth)
         near = (index == order) | (index == order - 1)
@@ -267,8 +265,7 @@ class Search:
         No step where beams beyond double precision leave no slope.
         """
         difference = _DIFFERENCE + _DEEP_DIFFERENCE * np.exp(depth - self.domain.sunk)
-        places = np.concatenate([depth, depth - difference, depth + difference])
-        ratio, outer, inner = np.split(self._ratio(np.tile(edge_phase, 3), places), 3)
+        ratio, outer, inner = self._ratio(edge_phase, np.stack([depth, depth - difference, depth + difference]))
         slope, bend = (inner - outer) / (2 * difference), (inner + outer - 2 * ratio) / difference**2
         with np.errstate(divide="ignore", invalid="ignore"):
             step = -ratio / slope
@@ -292,17 +289,17 @@ class Search:
         """True where the index is order - 1 on the outer side of a point, and order on the inner side."""
         if not len(depth):
             return np.zeros(0, bool)
-        sides = np.concatenate([depth - LABEL_STEP, depth + LABEL_STEP])
-        outer, inner = np.split(self.index_and_ratio(np.tile(edge_phase, 2), sides)[0], 2)
+        outer, inner = self.index_and_ratio(edge_phase, np.stack([depth - LABEL_STEP, depth + LABEL_STEP]))[0]
         return (outer == order - 1) & (inner == order)
 
-    def _photon(self, line_of_sight: Float[Array, "points 3"]) -> Photon:
+    def _photon(self, line_of_sight: Float[Array, "*points 3"]) -> Photon:
         sky = sky_from_fido(self._frame, -line_of_sight)
         return photon_of(self._frame, (sky[..., 0], sky[..., 1], sky[..., 2]))
 
-    def _ratio(self, edge_phase: Float[Array, " points"], depth: Float[Array, " points"]) -> Float[Array, " points"]:
-        beams = self._trace(*self.domain.line_of_sight(edge_phase, depth))
-        return beams.delta_minus / beams.delta_plus
+    def _ratio(self, edge_phase: Float[Array, " points"], depth: Float[Array, "3 points"]) -> Float[Array, "3 points"]:
+        line_of_sight, second_arrival = self.domain.line_of_sight(edge_phase, depth)
+        beams = self._trace(line_of_sight.reshape(-1, 3), second_arrival.ravel())
+        return (beams.delta_minus / beams.delta_plus).reshape(depth.shape)
 
     def _trace(
         self,

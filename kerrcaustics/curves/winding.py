@@ -280,14 +280,19 @@ def _sides(first: Points, second: Points, turned: Bool[Array, " sides"], height:
     return _Sides(first, second, turned, height, normal * np.where(normal[:, 2:] < 0, 1, -1))
 
 
-def degree(grid: Float[Array, "rows columns 3"], star: Float[Array, " 3"]) -> int:
-    """Signed number of times the image of a grid covers a star: a cell is two spherical triangles."""
-    total = 0
-    first, last = grid[:-1, :-1], grid[1:, 1:]
-    for a, b, c in ((first, grid[1:, :-1], last), (first, last, grid[:-1, 1:])):
+def degrees(grid: Float[Array, "rows columns 3"], star: Float[Array, "stars 3"]) -> Int[Array, " stars"]:
+    """Signed numbers of times the image of a grid covers stars: a cell is two spherical triangles."""
+    at = grid @ star.T
+    sides = ((grid[:-1], grid[1:]), (grid[:, :-1], grid[:, 1:]), (grid[:-1, :-1], grid[1:, 1:]))
+    down, along, over = (np.cross(first, last) @ star.T for first, last in sides)
+    triangles = (
+        (down[:, :-1], along[1:], -over, at[:-1, :-1] + at[1:, :-1] + at[1:, 1:]),
+        (over, -down[:, 1:], -along[:-1], at[:-1, :-1] + at[1:, 1:] + at[:-1, 1:]),
+    )
+    total = np.zeros(len(star), int)
+    for one, two, three, middle in triangles:
         # The star lies in the triangle where it is on the same side of all three sides.
-        sides = [np.cross(x, y) @ star for x, y in ((a, b), (b, c), (c, a))]
-        near = (a + b + c) @ star > 0
-        inside = [np.logical_and.reduce([sign * side > 0 for side in sides]) & near for sign in (1, -1)]
-        total += int(inside[0].sum()) - int(inside[1].sum())
+        left = (one > 0) & (two > 0) & (three > 0) & (middle > 0)
+        right = (one < 0) & (two < 0) & (three < 0) & (middle > 0)
+        total += left.sum(axis=(0, 1)) - right.sum(axis=(0, 1))
     return total

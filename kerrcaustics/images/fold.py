@@ -38,8 +38,7 @@ def fold_derivatives(mapped: Callable[[Array, Array], Array], points: Points) ->
 
     Parameters: mapped (edge phase, depth) gives n'; points: of the curve.
     """
-    outer = mapped(points.edge_phase, np.maximum(points.depth - _STEP, 0))
-    inner = mapped(points.edge_phase, points.depth + _STEP)
+    outer, inner = mapped(points.edge_phase, np.stack([np.maximum(points.depth - _STEP, 0), points.depth + _STEP]))
     first, second = (inner - outer) / (2 * _STEP), (inner + outer - 2 * points.direction) / _STEP**2
     return periodic(points.edge_phase, np.concatenate([first, second], axis=1))
 

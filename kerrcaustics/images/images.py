@@ -205,10 +205,12 @@ def images_of(
         "time_error": at.time_error,
         "second_arrival": directions.second_arrival,
     }
-    notes = direct_remarks(surface, camera)
+    notes, certified = direct_remarks(surface, camera), searched.certified
+    by_star = np.argsort(directions.star, kind="stable")
+    bounds = np.searchsorted(directions.star[by_star], np.arange(len(stars) + 1))
     images = []
     for i, star in enumerate(stars):
-        own = np.flatnonzero(directions.star == i)
+        own = by_star[bounds[i] : bounds[i + 1]]
         images.append(
             StarImages(
                 camera=camera,
@@ -218,7 +220,7 @@ def images_of(
                 per_index=dict(enumerate(searched.counts[i].tolist())),
                 expected=dict(enumerate(searched.expected[i].tolist())),
                 on_caustic=tuple((np.flatnonzero(searched.on_caustic[i]) + 1).tolist()),
-                certified=bool(searched.certified[i]),
+                certified=bool(certified[i]),
                 certificate=searched.certificate,
                 remarks=(*notes, *_ring_remarks(camera, surface, searched.ring[i]), *_remarks(searched, i)),
             )
@@ -302,6 +304,9 @@ def _remarks(searched: ImageSearch, star: int) -> tuple[str, ...]:
         "move it by more than its error"
         for order in orders
     ]
+    missing = counts != expected
+    if missing.any():
+        missing &= ~on_rings(searched.ring[[star]])[0]
     remarks += [
         f"index {k}: the search found {counts[k]} images, the caustics require {expected[k]}; "
         + (
@@ -309,6 +314,6 @@ def _remarks(searched: ImageSearch, star: int) -> tuple[str, ...]:
             if coarse[k] > 0
             else "move the star or the camera a little and compare"
         )
-        for k in np.flatnonzero((counts != expected) & ~on_rings(searched.ring[[star]])[0]).tolist()
+        for k in np.flatnonzero(missing).tolist()
     ]
     return tuple(remarks)

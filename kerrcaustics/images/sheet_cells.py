@@ -9,7 +9,7 @@ import numpy as np
 
 from kerrcaustics.images.sheet_grids import Sheet, spaced
 from kerrcaustics.shapes import Bool, Float, Int
-from kerrcaustics.spacetime.sphere import tangent_basis
+from kerrcaustics.spacetime.sphere import lengths, tangent_basis
 
 if TYPE_CHECKING:
     from scipy.spatial import KDTree
@@ -88,26 +88,27 @@ class Cells:
 
 def cells_of(sheets: Sequence[Sheet]) -> Cells:
     """A row of cells between each pair of neighbouring lines, as long as the sheet's step allows."""
-    strips = []
-    for sheet in sheets:
-        lengths = np.linalg.norm(np.diff(sheet.direction, axis=1), axis=-1)
-        for i in range(len(sheet.edge_phase) - 1):
-            last = len(sheet.part) - 1
-            chosen = spaced(lengths[i : i + 2].max(axis=0), sheet.step)
-            # Finer next to the critical curves, where the map is no longer nearly linear.
-            chosen = np.union1d(chosen, np.clip([_NEAR_EDGE, last - _NEAR_EDGE], 0, last))
-            left, right = sheet.direction[i, chosen], sheet.direction[i + 1, chosen]
-            corners = np.stack([left[:-1], right[:-1], left[1:], right[1:]], axis=1)
-            count = len(corners)
-            strips.append(
-                (
-                    np.full(count, sheet.index),
-                    np.tile(sheet.edge_phase[i : i + 2], (count, 1)),
-                    np.stack([sheet.part[chosen][:-1], sheet.part[chosen][1:]], axis=1),
-                    corners,
-                )
-            )
+    strips = [_strips(sheet) for sheet in sheets]
     return _with_linear_maps(*(np.concatenate(values) for values in zip(*strips, strict=True)))
+
+
+def _strips(sheet: Sheet) -> tuple[Array, Array, Array, Array]:
+    """Of the cells of one sheet the sheet, the edge phases and parts of two opposite corners, and the corners."""
+    steps = lengths(np.diff(sheet.direction, axis=1))
+    chosen = spaced(np.maximum(steps[:-1], steps[1:]), sheet.step)
+    # Finer next to the critical curves, where the map is no longer nearly linear.
+    last = len(sheet.part) - 1
+    chosen[:, np.clip([_NEAR_EDGE, last - _NEAR_EDGE], 0, last)] = True
+    strip, node = np.nonzero(chosen)
+    within = strip[1:] == strip[:-1]
+    line, low, high = strip[1:][within], node[:-1][within], node[1:][within]
+    corners = [sheet.direction[line + beside, part] for part in (low, high) for beside in (0, 1)]
+    return (
+        np.full(len(line), sheet.index),
+        np.stack([sheet.edge_phase[line], sheet.edge_phase[line + 1]], axis=1),
+        np.stack([sheet.part[low], sheet.part[high]], axis=1),
+        np.stack(corners, axis=1),
+    )
 
 
 def _with_linear_maps(sheet: Array, edge_phase: Array, part: Array, corners: Array) -> Cells:
@@ -126,9 +127,12 @@ def _circles(corners: Float[Array, "cells 4 3"]) -> list[_Circles]:
     """Circles that cover the cells' images, mostly long and thin, along their longer axes; ordered by size."""
     centre = _centres(corners)
     away = corners - centre[:, None]
-    axis = np.linalg.eigh(np.einsum("nci,ncj->nij", away, away))[1][..., -1]
+    east, north = tangent_basis(centre)
+    x, y = (np.einsum("nci,ni->nc", away, one) for one in (east, north))
+    turn = np.arctan2(2 * (x * y).sum(axis=1), (x * x - y * y).sum(axis=1)) / 2
+    axis = np.cos(turn)[:, None] * east + np.sin(turn)[:, None] * north
     along = np.einsum("nci,ni->nc", away, axis)
-    across = np.linalg.norm(away - along[..., None] * axis[:, None], axis=2).max(axis=1)
+    across = lengths(away - along[..., None] * axis[:, None]).max(axis=1)
     low, length = along.min(axis=1), np.ptp(along, axis=1)
     width = 2 * across + _SAG * length
     count = np.clip(np.ceil(length / np.maximum(width, 1e-12)), 1, _MOST_BALLS).astype(int)

@@ -1,16 +1,15 @@
 """Grids on the sheets of the camera sky, in edge phase and part, fine enough to follow the images of the sheets."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from kerrcaustics.curves.critical_points import Points
-from kerrcaustics.numerics.splines import SplineSurface
-from kerrcaustics.shapes import Float, Int
-from kerrcaustics.spacetime.sphere import tangent_basis
+from kerrcaustics.numerics.splines import SplineSurfaces
+from kerrcaustics.shapes import Bool, Float, Int
+from kerrcaustics.spacetime.sphere import lengths, tangent_basis
 
 Array = np.ndarray
 Depth = Callable[[Array], Array]
@@ -48,34 +47,47 @@ class Sheet:
         """True where a grid of acceptable size has longer steps than the search is made for."""
         return self.step > _STEP
 
-    def depth(self, edge_phase: Float[Array, "*batch"], part: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
-        """Depth on the lines of sky_lines.py."""
+    def depth(self, edge_phase: Float[Array, "*#batch"], part: Float[Array, "*#batch"]) -> Float[Array, "*batch"]:
+        """Depth on the lines of sky_lines.py; edge phase and part are broadcast."""
         low = self.outer(edge_phase)
         return low + part * (self.inner(edge_phase) - low)
 
-    @cached_property
-    def smooth(self) -> SplineSurface:
-        """The map between the nodes of the grid: image as a function of (edge phase, part)."""
-        return SplineSurface((self.edge_phase, self.part), self.direction)
+
+class SmoothMaps:
+    """The maps between the nodes of the grids of sheets: images as functions of (edge phase, part)."""
+
+    def __init__(self, sheets: Sequence[Sheet]) -> None:
+        """Sheets with indices that follow each other."""
+        self._lowest = sheets[0].index
+        self._surfaces = SplineSurfaces([(sheet.edge_phase, sheet.part, sheet.direction) for sheet in sheets])
+        self._low, self._high = (
+            np.array([(sheet.edge_phase[end], sheet.part[end]) for sheet in sheets]) for end in (0, -1)
+        )
 
     def polished(
-        self, star: Float[Array, "stars 3"], place: Float[Array, "stars 2"], longest: Float[Array, "stars 2"]
-    ) -> Float[Array, "stars 2"]:
-        """Places (edge phase, part) nearer to where the smooth map shows stars; longest: steps that may be taken."""
-        # Vectors of the tangent plane at each star as complex numbers.
-        east, north = tangent_basis(star)
-        plane, low, high = east + 1j * north, (self.edge_phase[0], 0.0), (self.edge_phase[-1], 1.0)
-        away = np.full(len(star), np.inf)
+        self,
+        index: Int[Array, " places"],
+        star: Float[Array, "places 3"],
+        place: Float[Array, "places 2"],
+        longest: Float[Array, "places 2"],
+    ) -> Float[Array, "places 2"]:
+        """Places (edge phase, part) on sheets nearer to where these show stars; longest: steps that may be taken."""
+        sheet, axes = index - self._lowest, np.stack(tangent_basis(star), axis=-1)
+        low, high, away = self._low[sheet], self._high[sheet], np.full(len(star), np.inf)
         for _ in range(_POLISHES):
-            off, along, across = (
-                np.einsum("ni,ni->n", plane, self.smooth(place, order)) for order in ((0, 0), (1, 0), (0, 1))
-            )
-            before, away = away, np.abs(off)
-            area = (along.conj() * across).imag
-            step = np.stack([(off.conj() * across).imag, (along.conj() * off).imag], axis=1)
-            step = np.clip(step / np.where(area == 0, 1.0, area)[:, None], -longest, longest)
+            # In the tangent plane at each star.
+            off, along, across = np.moveaxis(self._surfaces(sheet, place) @ axes, 1, 0)
+            before, away = away, lengths(off)
+            area = _area(along, across)
+            step = np.stack([_area(off, across), _area(along, off)], axis=1) / np.where(area == 0, 1.0, area)[:, None]
+            step = np.clip(step, -longest, longest)
             place = np.clip(place - np.where((away < before)[:, None], step, 0), low, high)
         return place
+
+
+def _area(one: Float[Array, "n 2"], other: Float[Array, "n 2"]) -> Float[Array, " n"]:
+    """Areas that vectors span, positive where the other one lies to the left."""
+    return one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
 
 
 def traced_sheet(mapped: Mapped, index: int, depths: tuple[Depth, Depth], edge: Points) -> Sheet:
@@ -97,8 +109,8 @@ def traced_sheet(mapped: Mapped, index: int, depths: tuple[Depth, Depth], edge: 
 
 
 def _grid(mapped: Mapped, sheet: Sheet, edge_phase: Array, part: Array) -> Float[Array, "lines parts 3"]:
-    edge_phase, part = np.meshgrid(edge_phase, part, indexing="ij")
-    return mapped(edge_phase, sheet.depth(edge_phase, part))
+    line = edge_phase[:, None]
+    return mapped(line, sheet.depth(line, part))
 
 
 def _thinned(points: Points, step: float) -> Float[Array, " lines"]:
@@ -110,8 +122,11 @@ def _thinned(points: Points, step: float) -> Float[Array, " lines"]:
     return points.edge_phase[spaced(np.maximum.reduce([*lengths, np.diff(points.edge_phase)]), step)]
 
 
-def spaced(steps: Float[Array, " steps"], longest: float) -> Int[Array, " nodes"]:
-    """Indices of the first node, the last, and between them as few as keep sums of steps below the longest."""
-    run = np.concatenate([[0], np.cumsum(steps)])
-    chosen = np.unique(np.floor(run / longest), return_index=True)[1]
-    return np.union1d(chosen, [len(run) - 1])
+def spaced(steps: Float[Array, "*rows steps"], longest: float) -> Bool[Array, "*rows nodes"]:
+    """True for the first node, the last, and between them as few as keep sums of steps below the longest."""
+    run = np.cumsum(steps, axis=-1) / longest
+    # Steps that are no numbers, and all behind them, are one step.
+    passed = np.floor(np.where(np.isnan(run), np.inf, run))
+    chosen = np.ones((*steps.shape[:-1], steps.shape[-1] + 1), bool)
+    chosen[..., 1:-1] = passed[..., :-1] != np.concatenate([np.zeros_like(passed[..., :1]), passed[..., :-2]], axis=-1)
+    return chosen

@@ -10,23 +10,23 @@ All of it lives on the sky of a camera at rest: neither caustics nor the order o
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 
 from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.curves.critical_curves import CriticalCurves, check_index, critical_curves, with_ring_at_infinity
-from kerrcaustics.curves.winding import CausticPolygon, Winding, degree
+from kerrcaustics.curves.winding import CausticPolygon, Winding, degrees
 from kerrcaustics.images.fold import fold_derivatives, fold_guesses
 from kerrcaustics.images.sheet_cells import Cells, bilinear_root, cells_of
-from kerrcaustics.images.sheet_grids import Sheet, traced_sheet
+from kerrcaustics.images.sheet_grids import Sheet, SmoothMaps, traced_sheet
 from kerrcaustics.lens_map.domains import domain_of
 from kerrcaustics.lens_map.search_sky import search_camera
-from kerrcaustics.lens_map.sky_lines import periodic
+from kerrcaustics.lens_map.sky_lines import HostParts, periodic
 from kerrcaustics.numerics.splines import Spline
 from kerrcaustics.results.progress import report
 from kerrcaustics.shapes import Bool, Float, Int, Num
-from kerrcaustics.spacetime.arrays import HostReals, HostVectors
+from kerrcaustics.spacetime.arrays import HostVectors
 from kerrcaustics.spacetime.frame import Frame, sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.spacetime.viewer import Viewer
@@ -72,16 +72,13 @@ class Sheets:
     """The sheets of index 0 to max_index at one event, their edges, and the image counts that follow from these.
 
     An observer at infinity sees no images of index 0 of stars at infinity: that sheet is empty, and the first edge is
-    the ring at infinity. frame: of the camera at rest; folds: of all edges but that one; pole_counts: how many images
-    the north pole has on each sheet.
+    the ring at infinity. frame: of the camera at rest; pole_counts: how many images the north pole has on each sheet.
     """
 
     curves: CriticalCurves
     frame: Frame
     polygons: tuple[CausticPolygon, ...]
-    folds: tuple[Spline, ...]
     sheets: tuple[Sheet, ...]
-    cells: Cells
     pole_counts: Int[Array, " sheets"]
 
     @property
@@ -95,6 +92,27 @@ class Sheets:
         return self.curves.map.surface
 
     @property
+    def _first(self) -> int:
+        """Number of the first sheet, and of the first edge: nothing lies beyond the ring at infinity."""
+        return int(self.curves.domain.unbounded)
+
+    @cached_property
+    def cells(self) -> Cells:
+        """The cells of the grids."""
+        return cells_of(self.sheets[self._first :])
+
+    @cached_property
+    def smooth(self) -> SmoothMaps:
+        """The maps between the nodes of the grids."""
+        return SmoothMaps(self.sheets[self._first :])
+
+    @cached_property
+    def folds(self) -> tuple[Spline, ...]:
+        """The map next to each edge but the ring at infinity, for few stars alone."""
+        mapped, edges = partial(_mapped, self.curves), self.curves.curves[self._first :]
+        return tuple(fold_derivatives(mapped, curve.points) for curve in edges)
+
+    @property
     def coarse(self) -> tuple[float, ...]:
         """Steps of the grids that are coarser than the search is made for, radians, by index; else 0."""
         return tuple(sheet.step if sheet.is_coarse else 0.0 for sheet in self.sheets)
@@ -103,7 +121,7 @@ class Sheets:
         """Directions N on the sky at rest for directions of the FIDO."""
         return sky_from_line_of_sight(self.frame, line_of_sight)
 
-    def line_of_sight(self, edge_phase: HostReals, depth: HostReals) -> HostVectors:
+    def line_of_sight(self, edge_phase: HostParts, depth: HostParts) -> HostVectors:
         """Directions of the FIDO on the lines of the map."""
         return self.curves.domain.line_of_sight(edge_phase, depth)[0]
 
@@ -128,21 +146,22 @@ class Sheets:
         corner = np.stack([cells.edge_phase[cell, 0], cells.part[cell, 0]], axis=1)
         size = np.stack([cells.edge_phase[cell, 1], cells.part[cell, 1]], axis=1) - corner
         place = corner + np.clip(np.stack([u[near], v[near]], axis=1), 0, 1) * size
+        index = cells.sheet[cell]
+        better = self.smooth.polished(index, star[which], place, size)
+        inside = (np.abs((better - corner) / size - 0.5) <= 0.5 + margin + _SMOOTH).all(axis=1)
+        place = np.where(inside[:, None], better, place)
+        place[:, 1] = np.clip(place[:, 1], _INSIDE, 1 - _INSIDE)
         depth = np.empty(len(cell))
-        for index in np.unique(cells.sheet[cell]).tolist():
-            sheet, here = self.sheets[index], np.flatnonzero(cells.sheet[cell] == index)
-            better = sheet.polished(star[which[here]], place[here], size[here])
-            inside = (np.abs((better - corner[here]) / size[here] - 0.5) <= 0.5 + margin + _SMOOTH).all(axis=1)
-            place[here[inside]] = better[inside]
-            place[here, 1] = np.clip(place[here, 1], _INSIDE, 1 - _INSIDE)
-            depth[here] = sheet.depth(*place[here].T)
-        return which, cells.sheet[cell], self.sky(self.line_of_sight(place[:, 0], depth))
+        for k in np.unique(index).tolist():
+            here = np.flatnonzero(index == k)
+            depth[here] = self.sheets[k].depth(*place[here].T)
+        return which, index, self.sky(self.line_of_sight(place[:, 0], depth))
 
     def fold_starts(self, star: Float[Array, "stars 3"], windings: tuple[Winding, ...]) -> Starts:
         """Guesses for images of stars next to critical curves, on both sides of each."""
         parts = []
-        last = len(self.folds)
-        for polygon, fold, winding in zip(self.polygons[-last:], self.folds, windings[-last:], strict=True):
+        polygons, around = self.polygons[self._first :], windings[self._first :]
+        for polygon, fold, winding in zip(polygons, self.folds, around, strict=True):
             order = polygon.curve.order
             which, edge_phase, depth, step = fold_guesses(fold, polygon.curve.points, star, winding)
             index = np.where(step < 0, order - 1, order)
@@ -159,7 +178,7 @@ def _sheets_at_rest(camera: Viewer, max_index: int, surface: End) -> Sheets:
     domain = curves.domain
     report("sheets of the sky", 0.2)
     polygons = tuple(CausticPolygon.of(curves, curve) for curve in curves)
-    mapped, coarsely = partial(_mapped, curves), partial(_mapped, curves, tolerance=_OF_GRID)
+    coarsely = partial(_mapped, curves, tolerance=_OF_GRID)
     depths = [domain.first, *(periodic(curve.points.edge_phase, curve.points.depth) for curve in curves)]
     sheets = tuple(
         traced_sheet(coarsely, curve.order - 1, (depths[curve.order - 1], depths[curve.order]), curve.points)
@@ -169,10 +188,7 @@ def _sheets_at_rest(camera: Viewer, max_index: int, surface: End) -> Sheets:
         curves=curves,
         frame=camera.frame(),
         polygons=polygons,
-        folds=tuple(fold_derivatives(mapped, curve.points) for curve in curves.curves[int(domain.unbounded) :]),
         sheets=sheets,
-        # Nothing lies beyond the ring at infinity.
-        cells=cells_of(sheets[int(domain.unbounded) :]),
         pole_counts=_counts_at_pole(sheets, polygons),
     )
 
@@ -201,11 +217,11 @@ def sheets_of(camera: Viewer, max_index: int, surface: End = SKY) -> Sheets:
 
 def _mapped(
     curves: CriticalCurves,
-    edge_phase: Float[Array, "*batch"],
-    depth: Float[Array, "*batch"],
+    edge_phase: Float[Array, "*#batch"],
+    depth: Float[Array, "*#batch"],
     tolerance: float | None = None,
 ) -> HostVectors:
-    """Directions n' of light from places on the lines of sky_lines.py."""
+    """Directions n' of light from places on the lines of sky_lines.py; edge phase and depth are broadcast."""
     return curves.map.directions(*curves.domain.line_of_sight(edge_phase, depth), tolerance)
 
 
@@ -220,9 +236,9 @@ def _counts_at_pole(sheets: Sequence[Sheet], polygons: Sequence[CausticPolygon])
 
     There the degree of the map that the grid stands for gives the count, and the caustics give the difference.
     """
-    known = [[(-1) ** sheet.index * degree(sheet.direction, star) for sheet in sheets] for star in _REFERENCES]
+    known = np.stack([(-1) ** sheet.index * degrees(sheet.direction, _REFERENCES) for sheet in sheets], axis=1)
     changes = _changes([polygon.winding(_REFERENCES) for polygon in polygons])
-    return np.median(np.array(known) - changes, axis=0).astype(int)
+    return np.median(known - changes, axis=0).astype(int)
 
 
 def _among_first(which: Int[Array, " pairs"], most: int) -> Bool[Array, " pairs"]:

@@ -9,6 +9,7 @@ All of it lives on the sky of the fiducial observer: caustics do not depend on t
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -18,16 +19,19 @@ from kerrcaustics.spacetime.arrays import HostReals, HostVectors
 from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.shadow import edge_photons
+from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
+# Numbers that are broadcast with others.
+HostParts = Float[Any, "*#batch"]
 
 # Below this distance from the edge, reach exp(-DEEPEST), a direction in double precision has no digits left.
 DEEPEST = 32.0
 
 
-def line_of_sight(camera: Viewer, edge_phase: HostReals, depth: HostReals) -> HostVectors:
-    """Lines of sight at (edge phase, depth), in FIDO components (r, theta, phi).
+def line_of_sight(camera: Viewer, edge_phase: HostParts, depth: HostParts) -> HostVectors:
+    """Lines of sight at (edge phase, depth), in FIDO components (r, theta, phi); both are broadcast.
 
     A line of sight is minus the direction of motion of the photon seen there.
 
@@ -48,7 +52,7 @@ def wide_reach(camera: Viewer, edge_phase: HostReals, zoom: float) -> HostReals:
     return reach if zoom == 1 else 2 * np.arctan(np.tan(reach / 2) / zoom)
 
 
-def on_wide_sky(camera: Viewer, edge_phase: HostReals, distance: HostReals, zoom: float) -> HostVectors:
+def on_wide_sky(camera: Viewer, edge_phase: HostParts, distance: HostParts, zoom: float) -> HostVectors:
     """Lines of sight on the lines at a distance (radians) from the edge, as it is on a sky that is made smaller.
 
     On that sky the tangents of half the angles from the hole are `zoom` times those of the sky itself: where the hole
@@ -63,15 +67,15 @@ def on_wide_sky(camera: Viewer, edge_phase: HostReals, distance: HostReals, zoom
     return beside_edge(camera, edge_phase, away / line_reach(camera, edge_phase))
 
 
-def beside_edge(camera: Viewer, edge_phase: HostReals, part: HostReals) -> HostVectors:
+def beside_edge(camera: Viewer, edge_phase: HostParts, part: HostParts) -> HostVectors:
     """Lines of sight on the lines at a part of the reach from the edge, negative inside the shadow.
 
-    Parameters and errors as for `line_of_sight`, whose part is exp(-depth).
+    Parameters and errors as for `line_of_sight`, whose part is exp(-depth); both are broadcast.
     """
     edge, away, reach = _from_edge(camera, edge_phase)
-    distance = reach[..., None] * np.asarray(part, float)[..., None]
+    distance = (reach * np.asarray(part, float))[..., None]
     direction = edge * np.cos(distance) + away * np.sin(distance)
-    return direction / np.linalg.norm(direction, axis=-1, keepdims=True)
+    return direction / lengths(direction)[..., None]
 
 
 def _from_edge(camera: Viewer, edge_phase: HostReals) -> tuple[HostVectors, HostVectors, HostReals]:
