@@ -80,7 +80,7 @@ def seen(
     for track in (track for star in stars for track in star.tracks):
         sky = np.where((track.index < len(caustics))[:, None], track.sky, np.nan)
         show_line(ax, view, np.concatenate([sky, sky[:1]]) if track.closed else sky, **DASHED)
-    return show_critical_curves(ax, view, caustics, linewidth=1.2)
+    return show_critical_curves(ax, view, caustics, linewidth=1.7)
 
 
 def main(output: Path) -> list[Path]:
