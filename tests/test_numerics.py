@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from scipy.interpolate import CubicSpline, NdBSpline, make_interp_spline
+from scipy.interpolate import CubicSpline
 from scipy.optimize import elementwise, linear_sum_assignment
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from kerrcaustics.numerics.matching import best_matches, component_of
 from kerrcaustics.numerics.roots import bracketed_roots
-from kerrcaustics.numerics.splines import Spline, SplineSurfaces
+from kerrcaustics.numerics.splines import Spline
 
 # Rounding, in units of the largest value: the third derivative through few uneven nodes loses the most.
 ROUNDING = 1e-9
@@ -38,22 +38,6 @@ def test_splines_are_those_of_scipy(count, axes, ends, random):
             spline(places, derivative), expected, rtol=0, atol=ROUNDING * np.abs(theirs.c).max() * 10
         )
     np.testing.assert_allclose(spline(nodes[0]), values[0], rtol=1e-13)
-
-
-def test_surfaces_are_those_of_tensor_products(random):
-    grids, places, theirs = [], [], []
-    for counts in [(2, 2), (3, 5), (9, 4), (30, 50)]:
-        nodes = [np.cumsum(0.1 + random.random(count)) for count in counts]
-        grids.append((*nodes, random.normal(size=(*counts, 3))))
-        along, across = (min(3, count - 1) for count in counts)
-        inner = make_interp_spline(nodes[1], grids[-1][2], across, axis=1)
-        outer = make_interp_spline(nodes[0], np.moveaxis(inner.c, 0, 1), along)
-        spline = NdBSpline((outer.t, inner.t), outer.c, (along, across))
-        places.append(np.stack([random.uniform(each[0], each[-1], 60) for each in nodes], axis=1))
-        theirs.append(np.stack([spline(places[-1], nu=order) for order in [(0, 0), (1, 0), (0, 1)]], axis=1))
-    order = random.permutation(240)
-    ours = SplineSurfaces(grids)(np.repeat(np.arange(4), 60)[order], np.concatenate(places)[order])
-    np.testing.assert_allclose(ours, np.concatenate(theirs)[order], rtol=0, atol=1e-11)
 
 
 @pytest.mark.parametrize("tolerances", [{}, {"absolute": 1e-6}, {"absolute": 1e-15, "relative": 1e-14}])

@@ -50,6 +50,18 @@ def deep_ends(
     return _called(f"deep{'_equator' if camera.on_equator else ''}", camera, [sky, d], there)
 
 
+def roots(
+    camera: Viewer, columns: list[np.ndarray], end: Spherical, numbers: tuple[float, ...], table: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Newton's method on the sky map, of lens_map/newton_formulas.py: directions, their errors, and states.
+
+    Parameters: columns, the first guess (n, 3), the unit vector of the star (n, 3), and the Morse index; numbers and
+    table, of the call.
+    """
+    name, columns, _ = _to_end(f"root{'_equator' if camera.on_equator else ''}", columns, end)
+    return kernel(name).on_rays((*_numbers(camera), *numbers), columns, tables=[table])
+
+
 def depth(camera: Viewer, sky: np.ndarray) -> np.ndarray:
     """The d of rays, the square of half the distance of the outer roots of R."""
     return _kernel("depth", len(sky)).on_rays(_numbers(camera), [sky])
@@ -62,14 +74,17 @@ def _request(wanted: Wanted) -> str:
 
 def _called(name: str, camera: Viewer, columns: list[np.ndarray], end: End, *numbers: float) -> Any:
     """The value of a kernel of rays to an end."""
-    if isinstance(end, Sphere):
-        count = len(columns[0])
-        columns = [*columns, *(np.broadcast_to(part, count).astype(float) for part in end.numbers())]
-        numbers_of_end = ()
-    else:
-        numbers_of_end = end.numbers()
-    called = _kernel(f"{name}_{end.kernel}", len(columns[0]))
-    return called.on_rays((*_numbers(camera), *numbers, *numbers_of_end), columns)
+    name, columns, numbers_of_end = _to_end(name, columns, end)
+    return _kernel(name, len(columns[0])).on_rays((*_numbers(camera), *numbers, *numbers_of_end), columns)
+
+
+def _to_end(name: str, columns: list[np.ndarray], end: End) -> tuple[str, list[np.ndarray], tuple[float, ...]]:
+    """The name of a kernel, its columns with those of an end, and the numbers of the end that all rays share."""
+    name = f"{name}_{end.kernel}"
+    if not isinstance(end, Sphere):
+        return name, columns, end.numbers()
+    count = len(columns[0])
+    return name, [*columns, *(np.broadcast_to(part, count).astype(float) for part in end.numbers())], ()
 
 
 def _kernel(name: str, count: int) -> Any:

@@ -1,15 +1,13 @@
 """Grids on the sheets of the camera sky, in edge phase and part, fine enough to follow the images of the sheets."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from kerrcaustics.curves.critical_points import Points
-from kerrcaustics.numerics.splines import SplineSurfaces
-from kerrcaustics.shapes import Bool, Float, Int
-from kerrcaustics.spacetime.sphere import lengths, tangent_basis
+from kerrcaustics.shapes import Bool, Float
 
 Array = np.ndarray
 Depth = Callable[[Array], Array]
@@ -21,8 +19,6 @@ _STEP = math.radians(10.0)
 MOST_NODES, _COARSE = 1_000_000, math.radians(40.0)
 # Lines on which the length of a sheet's image is measured, and points on each.
 _PROBES, _PROBE_POINTS = 24, 129
-# Steps toward a star on the smooth map through the nodes of a grid.
-_POLISHES = 2
 
 
 @dataclass(frozen=True)
@@ -51,43 +47,6 @@ class Sheet:
         """Depth on the lines of sky_lines.py; edge phase and part are broadcast."""
         low = self.outer(edge_phase)
         return low + part * (self.inner(edge_phase) - low)
-
-
-class SmoothMaps:
-    """The maps between the nodes of the grids of sheets: images as functions of (edge phase, part)."""
-
-    def __init__(self, sheets: Sequence[Sheet]) -> None:
-        """Sheets with indices that follow each other."""
-        self._lowest = sheets[0].index
-        self._surfaces = SplineSurfaces([(sheet.edge_phase, sheet.part, sheet.direction) for sheet in sheets])
-        self._low, self._high = (
-            np.array([(sheet.edge_phase[end], sheet.part[end]) for sheet in sheets]) for end in (0, -1)
-        )
-
-    def polished(
-        self,
-        index: Int[Array, " places"],
-        star: Float[Array, "places 3"],
-        place: Float[Array, "places 2"],
-        longest: Float[Array, "places 2"],
-    ) -> Float[Array, "places 2"]:
-        """Places (edge phase, part) on sheets nearer to where these show stars; longest: steps that may be taken."""
-        sheet, axes = index - self._lowest, np.stack(tangent_basis(star), axis=-1)
-        low, high, away = self._low[sheet], self._high[sheet], np.full(len(star), np.inf)
-        for _ in range(_POLISHES):
-            # In the tangent plane at each star.
-            off, along, across = np.moveaxis(self._surfaces(sheet, place) @ axes, 1, 0)
-            before, away = away, lengths(off)
-            area = _area(along, across)
-            step = np.stack([_area(off, across), _area(along, off)], axis=1) / np.where(area == 0, 1.0, area)[:, None]
-            step = np.clip(step, -longest, longest)
-            place = np.clip(place - np.where((away < before)[:, None], step, 0), low, high)
-        return place
-
-
-def _area(one: Float[Array, "n 2"], other: Float[Array, "n 2"]) -> Float[Array, " n"]:
-    """Areas that vectors span, positive where the other one lies to the left."""
-    return one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
 
 
 def traced_sheet(mapped: Mapped, index: int, depths: tuple[Depth, Depth], edge: Points) -> Sheet:

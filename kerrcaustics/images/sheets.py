@@ -19,7 +19,7 @@ from kerrcaustics.curves.critical_curves import CriticalCurves, check_index, cri
 from kerrcaustics.curves.winding import CausticPolygon, Winding, degrees
 from kerrcaustics.images.fold import fold_derivatives, fold_guesses
 from kerrcaustics.images.sheet_cells import Cells, bilinear_root, cells_of
-from kerrcaustics.images.sheet_grids import Sheet, SmoothMaps, traced_sheet
+from kerrcaustics.images.sheet_grids import Sheet, traced_sheet
 from kerrcaustics.lens_map.domains import domain_of
 from kerrcaustics.lens_map.search_sky import search_camera
 from kerrcaustics.lens_map.sky_lines import HostParts, periodic
@@ -40,8 +40,6 @@ _MOST_STARTS = 1000
 # again. And the distance from the critical curves, in parts of a sheet, at which Newton's method starts at least.
 NARROW, WIDE = 0.05, 0.5
 _INSIDE = 0.002
-# The same for a smooth model through all nodes, beside that.
-_SMOOTH = 0.25
 # Wanted error of the rays of the grids, radians, which show where to look: what the closed form loses next to an
 # extremal hole is less.
 _OF_GRID = 1e-8
@@ -102,11 +100,6 @@ class Sheets:
         return cells_of(self.sheets[self._first :])
 
     @cached_property
-    def smooth(self) -> SmoothMaps:
-        """The maps between the nodes of the grids."""
-        return SmoothMaps(self.sheets[self._first :])
-
-    @cached_property
     def folds(self) -> tuple[Spline, ...]:
         """The map next to each edge but the ring at infinity, for few stars alone."""
         mapped, edges = partial(_mapped, self.curves), self.curves.curves[self._first :]
@@ -147,9 +140,6 @@ class Sheets:
         size = np.stack([cells.edge_phase[cell, 1], cells.part[cell, 1]], axis=1) - corner
         place = corner + np.clip(np.stack([u[near], v[near]], axis=1), 0, 1) * size
         index = cells.sheet[cell]
-        better = self.smooth.polished(index, star[which], place, size)
-        inside = (np.abs((better - corner) / size - 0.5) <= 0.5 + margin + _SMOOTH).all(axis=1)
-        place = np.where(inside[:, None], better, place)
         place[:, 1] = np.clip(place[:, 1], _INSIDE, 1 - _INSIDE)
         depth = np.empty(len(cell))
         for k in np.unique(index).tolist():

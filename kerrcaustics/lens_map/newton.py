@@ -2,9 +2,11 @@
 
 import numpy as np
 
+from kerrcaustics.beams import calls
 from kerrcaustics.beams.beam import Beams
-from kerrcaustics.beams.ends import SKY, End
+from kerrcaustics.beams.ends import SKY, CelestialSphere, End, Sphere
 from kerrcaustics.beams.trace import beams_of_directions
+from kerrcaustics.lens_map import newton_limits as limits
 from kerrcaustics.lens_map.domains import domain_of
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.lens_map.sky_chart import chart_of, straight
@@ -15,13 +17,6 @@ from kerrcaustics.spacetime.viewer import Viewer
 Array = np.ndarray
 
 _MOST_STEPS = 80
-# The part of a Newton step below which a search is given up.
-_SHORTEST_PART = 1e-4
-# A residual below so many errors of the beam is round-off; one below so many may be, where no step makes it smaller.
-_ERRORS, _MOST_ERRORS = 2.0, 10.0
-# How much larger than a full step before predicts the residual after another may be; and the least that it is taken
-# for, in units of the square of the residual before by that of the minor diameter.
-_SAFETY, _CURVING = 100.0, 30.0
 
 
 def find_roots(
@@ -44,6 +39,31 @@ def find_roots(
     """
     # Directions toward the hole itself have no place in the chart.
     charted = camera == camera.at_rest() and not domain_of(end, camera).falls
+    if not isinstance(end, CelestialSphere | Sphere) or not len(star):
+        return step_by_step(camera, star, index, sky, most_steps, end, charted)
+    table = chart_of(camera).edge if charted else np.zeros((1, 4))
+    columns = [sky, star, index.astype(float)]
+    found, error, state = calls.roots(camera, columns, end.bare(), (charted, len(table), most_steps), table)
+    rest = np.flatnonzero(state == limits.UNSURE)
+    if len(rest):
+        which, places, errors = step_by_step(
+            camera, star[rest], index[rest], sky[rest], most_steps, end.rows(rest), charted
+        )
+        found[rest[which]], error[rest[which]], state[rest[which]] = places, errors, limits.FOUND
+    which = np.flatnonzero(state == limits.FOUND)
+    return which, found[which], error[which]
+
+
+def step_by_step(
+    camera: Viewer,
+    star: Float[Array, "searches axes"],
+    index: Int[Array, " searches"],
+    sky: Float[Array, "searches 3"],
+    most_steps: int,
+    end: End,
+    charted: bool,
+) -> tuple[Int[Array, " images"], Float[Array, "images 3"], Float[Array, " images"]]:
+    """`find_roots` by beams of either engine, all searches together."""
     stepped, n = chart_of(camera).stepped if charted else straight, len(star)
     sky, step = sky.copy(), np.zeros((n, 3))
     residual, error, part = np.full(n, np.inf), np.full(n, np.nan), np.ones(n)
@@ -57,13 +77,13 @@ def find_roots(
         # A linear map would bring n' closer by the part of the step that is taken; a third of that is asked for.
         allowed = (beams.index == index[active]) & (distance < residual[active] * (1 - taken / 3))
         # As close as the errors of the beams allow: no step is better, and none is needed.
-        settled = ~allowed & (residual[active] < _MOST_ERRORS * beams.error) & (part[active] == 1)
+        settled = ~allowed & (residual[active] < limits.MOST_ERRORS * beams.error) & (part[active] == 1)
         # Newton's method squares the residual: where one more step ends within the error, it is not traced. On a fold
         # a step is long, and what it leaves goes by its square.
         with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
-            curving = _CURVING / np.minimum(np.abs(beams.delta_minus), 1) ** 2
-            left = distance**2 * np.maximum(_SAFETY * distance / before**2, curving)
-        last = allowed & (taken == 1) & (left <= beams.error) & (distance > _ERRORS * beams.error)
+            curving = limits.CURVING / np.minimum(np.abs(beams.delta_minus), 1) ** 2
+            left = distance**2 * np.maximum(limits.SAFETY * distance / before**2, curving)
+        last = allowed & (taken == 1) & (left <= beams.error) & (distance > limits.ERRORS * beams.error)
         better = active[allowed]
         sky[better], step[better], residual[better] = trial[allowed], wish[allowed], distance[allowed]
         with np.errstate(divide="ignore"):
@@ -71,9 +91,9 @@ def find_roots(
             error[better] = (off * end.scale(beams) / np.abs(beams.delta_minus))[allowed]
         part[better] = np.minimum(1, 4 * part[better])
         part[active[~allowed]] /= 4
-        done = settled | (allowed & (distance <= _ERRORS * beams.error))
+        done = settled | (allowed & (distance <= limits.ERRORS * beams.error))
         converged[active[done | last]] = True
-        going = last | (~done & (part[active] > _SHORTEST_PART) & np.isfinite(residual[active]))
+        going = last | (~done & (part[active] > limits.SHORTEST_PART) & np.isfinite(residual[active]))
         # Where a beam is flat within rounding no step is known.
         going &= np.isfinite(step[active]).all(axis=1)
         active, last = active[going], last[going]

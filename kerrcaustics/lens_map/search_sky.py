@@ -11,6 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from kerrcaustics.lens_map import newton_limits
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.frame import Frame, doppler, line_of_sight_from_sky, sky_from_line_of_sight
@@ -19,7 +20,7 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
-TOLERANCE = 1e-12
+TOLERANCE = newton_limits.TOLERANCE
 """Wanted error of the beams in all that is said of sources: radians, in the plane relative to the radius."""
 
 # Radius from which on an observer searches for cameras.

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kerrcaustics.lens_map import newton_limits as limits
 from kerrcaustics.lens_map.sky_lines import DEEPEST, periodic
 from kerrcaustics.numerics.splines import Spline
 from kerrcaustics.shapes import Float, Int
@@ -20,14 +21,6 @@ from kerrcaustics.spacetime.viewer import Viewer
 Array = np.ndarray
 
 _TABLE = 4096
-# Closer to the shadow edge (radians) than this nothing is distinguished.
-_NEAREST = 1e-15
-# Steps along the shadow edge: where depth is larger than this; longest in angle (radians) and in depth; and so short
-# (radians) that a great circle leaves the edge by less than round-off.
-_DEEP, _LONGEST_TURN, _LONGEST_DEPTH, _STRAIGHT = 0.3, 0.5, 1.0, 1e-8
-# Longest step elsewhere, radians.
-_LONGEST = 0.3
-
 
 Step = tuple[Float[Array, "images 3"], Float[Array, " images"]]
 """Directions reached, and the parts of the steps that were taken."""
@@ -49,7 +42,7 @@ class _AboutHole(NamedTuple):
     @property
     def beyond(self) -> Array:
         """Distance from the shadow edge."""
-        return np.maximum(self.distance - self.size, _NEAREST)
+        return np.maximum(self.distance - self.size, limits.NEAREST)
 
 
 class Chart:
@@ -64,6 +57,11 @@ class Chart:
         # On the sky at rest, lines of sight are N in other axes.
         self._axes = np.array(camera.frame().basis)
         self._size = edge_size(camera)
+
+    @property
+    def edge(self) -> Float[Array, "pieces 4"]:
+        """The distance of the shadow edge, as newton_formulas.py has it."""
+        return self._size.powers
 
     def place(self, index: Int[Array, " images"], sky: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
         """Coordinates of directions N on sheets of the given index."""
@@ -98,7 +96,7 @@ class Chart:
         """Errors of coordinates of images whose places on the sky have errors (radians), mostly along the edge."""
         _, theta, phi = (sky @ self._axes).T
         across = np.hypot(theta, phi)
-        return error / np.where(index == 0, 1, np.maximum(across, _NEAREST))
+        return error / np.where(index == 0, 1, np.maximum(across, limits.NEAREST))
 
     def stepped(
         self, sky: Float[Array, "images 3"], step: Float[Array, "images 3"], part: Float[Array, " images"]
@@ -110,9 +108,9 @@ class Chart:
         """
         about = self._about_hole(sky)
         place, rate = self._place(about), self._rate(about, step)
-        bent = (place[:, 1] > _DEEP) & (lengths(step) > _STRAIGHT)
+        bent = (place[:, 1] > limits.DEEP) & (lengths(step) > limits.STRAIGHT)
         turns, depths = np.abs(rate[:, :2].T)
-        short = part / np.maximum(np.maximum(turns / _LONGEST_TURN, depths / _LONGEST_DEPTH), 1)
+        short = part / np.maximum(np.maximum(turns / limits.LONGEST_TURN, depths / limits.LONGEST_DEPTH), 1)
         along = self._sky(place + rate * short[:, None])
         straight_step, part = straight(sky, step, part)
         return np.where(bent[:, None], along, straight_step), np.where(bent, short, part)
@@ -185,14 +183,18 @@ class Chart:
 
 
 def edge_size(camera: Viewer) -> Spline:
-    """Distance (radians) of the shadow edge from the direction to the hole, for a camera at rest: by position angle."""
+    """Distance (radians) of the shadow edge from the direction to the hole, for a camera at rest: by position angle.
+
+    The pieces of the spline are even.
+    """
     edge = -edge_photons(camera, even_phases(camera, np.arange(_TABLE) / _TABLE))
     angle = np.arctan2(edge[:, 2], edge[:, 1])
     angle, first = np.unique(angle, return_index=True)
     size = np.arctan2(np.hypot(edge[:, 1], edge[:, 2]), -edge[:, 0])[first]
     # Round-off may have put neighbours too close for a spline.
     kept = np.concatenate([[True], np.diff(angle) > 1e-7])
-    return periodic(angle[kept], size[kept])
+    even = np.linspace(-np.pi, np.pi, _TABLE + 1)
+    return periodic(even[:-1], periodic(angle[kept], size[kept])(even[:-1]))
 
 
 @lru_cache(maxsize=8)
@@ -203,7 +205,7 @@ def chart_of(camera: Viewer) -> Chart:
 
 def straight(sky: Float[Array, "images 3"], step: Float[Array, "images 3"], part: Float[Array, " images"]) -> Step:
     """`Chart.stepped` along great circles alone: on the sky of a camera that moves."""
-    part = part / np.maximum(lengths(step) / _LONGEST, 1)
+    part = part / np.maximum(lengths(step) / limits.LONGEST, 1)
     return moved(sky, step * part[:, None]), part
 
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from kerrcaustics.lens_map import newton_limits
 from kerrcaustics.numerics.splines import Spline
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.arrays import HostReals, HostVectors
@@ -26,8 +27,8 @@ Array = np.ndarray
 # Numbers that are broadcast with others.
 HostParts = Float[Any, "*#batch"]
 
-# Below this distance from the edge, reach exp(-DEEPEST), a direction in double precision has no digits left.
-DEEPEST = 32.0
+DEEPEST = newton_limits.DEEPEST
+"""Below this distance from the edge, reach exp(-DEEPEST), a direction in double precision has no digits left."""
 
 
 def line_of_sight(camera: Viewer, edge_phase: HostParts, depth: HostParts) -> HostVectors:

@@ -1,15 +1,14 @@
-"""Cubic splines through points of a curve or a grid, in NumPy.
+"""Cubic splines through points of a curve, in NumPy.
 
 The slopes at the nodes follow from the steps by a tridiagonal system, in which each unknown outweighs its neighbours by
 a factor of two. Every round of cyclic reduction squares that factor, so that a few rounds solve it to the last digit.
 """
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from kerrcaustics.shapes import Float, Int
+from kerrcaustics.shapes import Float
 
 Array = np.ndarray
 
@@ -27,13 +26,16 @@ class Spline:
     """
 
     def __init__(self, nodes: Float[Array, " n"], values: Float[Array, " n *axes"], *, periodic: bool = False) -> None:
-        """Rising nodes, two or more; of a periodic spline the last value is the first."""
+        """Rising nodes, two or more; of a periodic spline the last value is the first.
+
+        powers (n - 1, 4, *axes) are those of the cubic between each node and the next, the highest first.
+        """
         self.x, self.periodic = np.asarray(nodes, float), periodic
         values = np.asarray(values, float)
         width = _as_column(np.diff(self.x), values)
         rate, slope = np.diff(values, axis=0) / width, slopes(self.x, values, periodic=periodic)
         bend = (slope[:-1] + slope[1:] - 2 * rate) / width
-        self._powers = np.stack([bend / width, (rate - slope[:-1]) / width - bend, slope[:-1], values[:-1]], axis=1)
+        self.powers = np.stack([bend / width, (rate - slope[:-1]) / width - bend, slope[:-1], values[:-1]], axis=1)
 
     def __call__(self, at: Float[Array, "*batch"] | float, derivative: int = 0) -> Float[Array, "..."]:
         """Values at places (*batch, *axes), or derivatives there of an order of 1 to 3."""
@@ -41,64 +43,11 @@ class Spline:
         if self.periodic:
             place = self.x[0] + (place - self.x[0]) % (self.x[-1] - self.x[0])
         piece = _pieces(self.x, place)
-        factors, powers = _FACTORS[derivative], self._powers[piece]
+        factors, powers = _FACTORS[derivative], self.powers[piece]
         ahead, total = _as_column(place - self.x[piece], powers[:, 0]), factors[0] * powers[:, 0]
         for k, factor in enumerate(factors[1:], 1):
             total = total * ahead + factor * powers[:, k]
         return total.reshape(np.shape(at) + total.shape[1:])
-
-
-class SplineSurfaces:
-    """Maps between the nodes of several grids, cubic splines along both axes of each, good between the nodes alone."""
-
-    def __init__(self, grids: Sequence[tuple[Float[Array, " _"], Float[Array, " _"], Float[Array, "_ _ _"]]]) -> None:
-        """Of each grid rising nodes along the first axis and the second, two or more of each, and its values."""
-        self._first = _Sides([along for along, _, _ in grids])
-        self._second = _Sides([across for _, across, _ in grids])
-        tables = [_of_corners(*grid) for grid in grids]
-        self._rows = np.array([len(across) for _, across, _ in grids])
-        self._starts = np.cumsum([0, *(len(table) for table in tables[:-1])])
-        self._table = np.concatenate(tables)
-
-    def __call__(self, grid: Int[Array, " places"], at: Float[Array, "places 2"]) -> Float[Array, "places 3 axes"]:
-        """Values at places of grids by number, and their derivatives along the first axis and along the second."""
-        (piece, along), (beside, across) = self._first(grid, at[:, 0]), self._second(grid, at[:, 1])
-        row = self._rows[grid]
-        node = self._starts[grid] + piece * row + beside
-        corners = self._table[np.stack([node, node + 1, node + row, node + row + 1], axis=1)]
-        # By the end along the first axis and along the second, then by value or slope along both.
-        weights = along[:, [0, 1, 0], :, None, :, None] * across[:, [0, 0, 1], None, :, None, :]
-        return weights.reshape(len(at), 3, 16) @ corners.reshape(len(at), 16, self._table.shape[-1])
-
-
-class _Sides:
-    """The nodes along one axis of several grids."""
-
-    def __init__(self, nodes: Sequence[Float[Array, " _"]]) -> None:
-        self._nodes = np.concatenate(nodes)
-        self._low, self._width = np.array([(x[0], x[-1] - x[0]) for x in nodes]).T
-        lengths = np.array([len(x) for x in nodes])
-        self._start = np.cumsum(lengths) - lengths
-        self._last = lengths - 2
-        # All in one rising row: the nodes of each grid run from twice its number to 1 above that.
-        self._keys = np.concatenate([2 * k + (x - x[0]) / (x[-1] - x[0]) for k, x in enumerate(nodes)])
-
-    def __call__(self, grid: Int[Array, " places"], at: Float[Array, " places"]) -> tuple[Array, Array]:
-        """Numbers of the pieces (places,), and weights as `_hermite` has them, of values and of derivatives."""
-        key = 2 * grid + (at - self._low[grid]) / self._width[grid]
-        start = self._start[grid]
-        piece = _between(np.searchsorted(self._keys, key, side="right") - 1 - start, 0, self._last[grid])
-        low = self._nodes[start + piece]
-        return piece, _hermite(low, self._nodes[start + piece + 1] - low, at)
-
-
-def _of_corners(
-    along: Float[Array, " n"], across: Float[Array, " m"], values: Float[Array, "n m axes"]
-) -> Float[Array, "nodes 4 axes"]:
-    """At each node the value and its derivatives across, along, and in both directions."""
-    slope = np.swapaxes(slopes(across, np.swapaxes(values, 0, 1)), 0, 1)
-    parts = np.stack([values, slope, slopes(along, values), slopes(along, slope)], axis=2)
-    return parts.reshape(-1, 4, values.shape[2])
 
 
 def slopes(
@@ -150,24 +99,8 @@ def _solved(low: Array, middle: Array, high: Array, right: Array) -> Array:
 
 def _pieces(nodes: Array, at: Array) -> Array:
     """Number of the piece that each place lies on, or is nearest to."""
-    return _between(np.searchsorted(nodes, at, side="right") - 1, 0, len(nodes) - 2)
-
-
-def _between(numbers: Array, low: int, high: Array | int) -> Array:
-    """Numbers between bounds: `np.clip` takes several times as long for few."""
-    return np.minimum(np.maximum(numbers, low), high)
-
-
-def _hermite(low: Array, width: Array, at: Array) -> Float[Array, "places 2 2 2"]:
-    """Weights (places, value or derivative, end, value or slope) of the value and the slope at both ends of a piece."""
-    t = (at - low) / width
-    rest = 1 - t
-    rising, rate = t * t * (3 - 2 * t), 6 * t * rest / width
-    weights = [
-        [[1 - rising, t * rest * rest * width], [rising, -t * t * rest * width]],
-        [[-rate, rest * (1 - 3 * t)], [rate, t * (3 * t - 2)]],
-    ]
-    return np.moveaxis(np.array(weights), -1, 0)
+    # `np.clip` takes several times as long for few.
+    return np.minimum(np.maximum(np.searchsorted(nodes, at, side="right") - 1, 0), len(nodes) - 2)
 
 
 def _as_column(numbers: Array, values: Array) -> Array:

@@ -41,7 +41,7 @@ _FLAGS = (
 # Texts in C++ beside those that are made: headers of all of these, and others; the rooms whose modules are sources.
 _HEADERS, _TABLES = ("lanes.h", "functions.h", "coefficients.h"), "tables.h"
 _TEXTS = (*_HEADERS, _TABLES, "processor.cc")
-_ROOMS = ("kerrcaustics.beams.", "kerrcaustics.spacetime.")
+_ROOMS = ("kerrcaustics.beams.", "kerrcaustics.spacetime.", "kerrcaustics.lens_map.newton_")
 # Objects as they were compiled are kept here, in a checkout.
 _KEPT = ROOM.parents[2] / "build" / "kernels"
 

@@ -41,11 +41,11 @@ class Program(NamedTuple):
 _ONE: Any = Number.OF_CALL
 _EACH: Any = Number.OF_RAY
 _FLAG: Any = Number.FLAG_OF_RAY
-_FRAME = Frame(*[_ONE] * 11, basis=((_ONE, _ONE, _ONE),) * 3, zoom=_ONE, start=_ONE)
-_SKY = (_EACH,) * 3
+FRAME = Frame(*[_ONE] * 11, basis=((_ONE, _ONE, _ONE),) * 3, zoom=_ONE, start=_ONE)
+SKY = (_EACH,) * 3
 # The numbers of ends; those of spheres are those of each ray.
-_ENDS: dict[str, tuple[Number, ...]] = {"sky": (), "sphere": (_EACH, _FLAG), "plane": (_ONE,)}
-_FINITE, _SPHERICAL = ("sphere", "plane"), ("sky", "sphere")
+ENDS: dict[str, tuple[Number, ...]] = {"sky": (), "sphere": (_EACH, _FLAG), "plane": (_ONE,)}
+_FINITE, SPHERICAL = ("sphere", "plane"), ("sky", "sphere")
 _YES_OR_NO = (False, True)
 
 # A ray with its variations and its clock, as bundles hold them.
@@ -59,7 +59,7 @@ _PHOTON = Photon(*_FOUR, _FOUR, _FOUR, _ONE)
 
 
 # Modules of other rooms that have programs: they use this one, and so have their names here.
-_MODULES = ("kerrcaustics.scenes.sky_formulas",)
+_MODULES = ("kerrcaustics.lens_map.newton_formulas", "kerrcaustics.scenes.sky_formulas")
 
 
 def programs() -> dict[str, Program]:
@@ -85,7 +85,7 @@ def graph_of(program: str) -> tuple[Lowered, list[bool | None]]:
     return lowered(function, jax.tree.map(lambda number: number.value, arguments), by_ray), by_ray
 
 
-def _named(base: str, **chosen: bool) -> str:
+def named(base: str, **chosen: bool) -> str:
     """A name with the words that are chosen."""
     return "_".join([base, *(word for word, is_chosen in chosen.items() if is_chosen)])
 
@@ -96,41 +96,41 @@ def _wanted(beams: bool, time: bool) -> Wanted:
 
 def _of_closed_form() -> dict[str, Program]:
     made = {}
-    for place, beams, time, equator in product(_ENDS, _YES_OR_NO, _YES_OR_NO, _YES_OR_NO):
+    for place, beams, time, equator in product(ENDS, _YES_OR_NO, _YES_OR_NO, _YES_OR_NO):
         options = {"wanted": _wanted(beams, time), "on_equator": equator}
-        function = _with_end(partial(formula.trace, **options), place, 2)
-        name = _named("beams" if beams else "rays", time=time, equator=equator)
-        made[f"{name}_{place}"] = Program(function, (_FRAME, _SKY, _ENDS[place]))
+        function = with_end(partial(formula.trace, **options), place, 2)
+        name = named("beams" if beams else "rays", time=time, equator=equator)
+        made[f"{name}_{place}"] = Program(function, (FRAME, SKY, ENDS[place]))
     return made
 
 
 def _of_short_rays() -> dict[str, Program]:
     made = {}
-    for place, beams, time in product(_SPHERICAL, _YES_OR_NO, _YES_OR_NO):
+    for place, beams, time in product(SPHERICAL, _YES_OR_NO, _YES_OR_NO):
         options = {"wanted": _wanted(beams, time), "on_equator": False, "short": True}
-        function = _with_end(partial(formula.trace, **options), place, 2)
-        name = _named("short_beams" if beams else "short_rays", time=time)
-        made[f"{name}_{place}"] = Program(function, (_FRAME, _SKY, _ENDS[place]))
+        function = with_end(partial(formula.trace, **options), place, 2)
+        name = named("short_beams" if beams else "short_rays", time=time)
+        made[f"{name}_{place}"] = Program(function, (FRAME, SKY, ENDS[place]))
     return made
 
 
 def _of_integrator() -> dict[str, Program]:
     made = {}
-    for place, time in product(_ENDS, _YES_OR_NO):
-        function = _with_end(partial(integrated.trace, wanted=_wanted(True, time)), place, 4)
-        name = _named("integrated_beams", time=time)
-        made[f"{name}_{place}"] = Program(function, (_FRAME, _SKY, _EACH, _ONE, _ENDS[place]))
+    for place, time in product(ENDS, _YES_OR_NO):
+        function = with_end(partial(integrated.trace, wanted=_wanted(True, time)), place, 4)
+        name = named("integrated_beams", time=time)
+        made[f"{name}_{place}"] = Program(function, (FRAME, SKY, _EACH, _ONE, ENDS[place]))
     for name, whole in (("survey", integrated.survey), ("prospects", integrated.prospects)):
-        for place in _ENDS if name == "survey" else _FINITE:
-            made[f"{name}_{place}"] = Program(_with_end(whole, place, 2), (_FRAME, _SKY, _ENDS[place]))
+        for place in ENDS if name == "survey" else _FINITE:
+            made[f"{name}_{place}"] = Program(with_end(whole, place, 2), (FRAME, SKY, ENDS[place]))
     return made
 
 
 def _of_deep_rays() -> dict[str, Program]:
-    made = {"depth": Program(deep_rays.depth, (_FRAME, _SKY))}
-    for place, equator in product(_SPHERICAL, _YES_OR_NO):
-        function = _with_end(partial(deep_rays.ends, on_equator=equator), place, 3)
-        made[f"{_named('deep', equator=equator)}_{place}"] = Program(function, (_FRAME, _SKY, _EACH, _ENDS[place]))
+    made = {"depth": Program(deep_rays.depth, (FRAME, SKY))}
+    for place, equator in product(SPHERICAL, _YES_OR_NO):
+        function = with_end(partial(deep_rays.ends, on_equator=equator), place, 3)
+        made[f"{named('deep', equator=equator)}_{place}"] = Program(function, (FRAME, SKY, _EACH, ENDS[place]))
     return made
 
 
@@ -138,21 +138,21 @@ def _of_paths() -> dict[str, Program]:
     made = {
         "advanced": Program(bundle_formulas.advanced, (_ONE, _BUNDLE, _STATE, _EACH)),
         "beam_area": Program(bundle_formulas.beam_area, (_ONE, _CONSTANTS, _STATE)),
-        "timed": Program(bundle_formulas.timed, (_FRAME, _BUNDLE, _STATE, _FLAG)),
+        "timed": Program(bundle_formulas.timed, (FRAME, _BUNDLE, _STATE, _FLAG)),
         "doubt": Program(bundle_formulas.doubt, (_ONE, _BUNDLE, _STATE)),
-        "time_to_plane": Program(polar.mino_time_to_plane, (_FRAME, _PHOTON, _EACH)),
+        "time_to_plane": Program(polar.mino_time_to_plane, (FRAME, _PHOTON, _EACH)),
     }
-    for place, numbers in _ENDS.items():
-        departing = _with_end(bundle_formulas.departing, place, 2)
-        made[f"departing_{place}"] = Program(departing, (_FRAME, _SKY, numbers, _ONE))
-        settled = _with_end(bundle_formulas.settled, place, 2)
+    for place, numbers in ENDS.items():
+        departing = with_end(bundle_formulas.departing, place, 2)
+        made[f"departing_{place}"] = Program(departing, (FRAME, SKY, numbers, _ONE))
+        settled = with_end(bundle_formulas.settled, place, 2)
         made[f"settled_{place}"] = Program(settled, (_ONE, _BUNDLE, numbers, _AIM, _STATE))
-        end_place = _with_end(bundle_formulas.end_place, place, 2)
+        end_place = with_end(bundle_formulas.end_place, place, 2)
         made[f"end_place_{place}"] = Program(end_place, (_ONE, _BUNDLE, numbers, _AIM, _PATH))
     return made
 
 
-def _with_end(function: Callable[..., Any], place: str, position: int) -> Callable[..., Any]:
+def with_end(function: Callable[..., Any], place: str, position: int) -> Callable[..., Any]:
     """A function that takes the numbers of an end in the place of the end."""
 
     def called(*arguments: Any) -> Any:
