@@ -83,7 +83,9 @@ class Cells:
             cell = circles.cell[circle]
             near = _linearly_inside(self, cell, star, which, margin)
             numbers.append(which[near] * len(self.sheet) + cell[near])
-        return np.divmod(np.unique(np.concatenate(numbers)), len(self.sheet))
+        # `np.unique` takes several times as long.
+        every = np.sort(np.concatenate(numbers))
+        return np.divmod(every[np.diff(every, prepend=-1) > 0], len(self.sheet))
 
 
 def cells_of(sheets: Sequence[Sheet]) -> Cells:

@@ -142,9 +142,9 @@ class Sheets:
         index = cells.sheet[cell]
         place[:, 1] = np.clip(place[:, 1], _INSIDE, 1 - _INSIDE)
         depth = np.empty(len(cell))
-        for k in np.unique(index).tolist():
-            here = np.flatnonzero(index == k)
-            depth[here] = self.sheets[k].depth(*place[here].T)
+        for sheet in self.sheets[self._first :]:
+            here = np.flatnonzero(index == sheet.index)
+            depth[here] = sheet.depth(*place[here].T)
         return which, index, self.sky(self.line_of_sight(place[:, 0], depth))
 
     def fold_starts(self, star: Float[Array, "stars 3"], windings: tuple[Winding, ...]) -> Starts:

@@ -290,9 +290,12 @@ def _visible_squares(squares: Squares, total: Int[Array, "h+1 w+1"]) -> Squares:
 def _contain(squares: Squares, edge: tuple[Array, Array]) -> Bool[Array, " n"]:
     """True for cells that contain one of some pixels."""
     x, y, size = squares
-    columns = 1 + max(x.max(initial=0), edge[0].max(initial=0)) // size
-    held = np.unique(edge[1] // size * columns + edge[0] // size)
-    return np.isin(y // size * columns + x // size, held)
+    columns, rows = (
+        1 + max(cells.max(initial=0), held.max(initial=0)) // size for cells, held in ((x, edge[0]), (y, edge[1]))
+    )
+    contain = np.zeros((rows, columns), bool)
+    contain[edge[1] // size, edge[0] // size] = True
+    return contain[y // size, x // size]
 
 
 def _mixed(level: Level[SkyCorners], edge: tuple[Array, Array]) -> Bool[Array, " n"]:
