@@ -5,6 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kerrcaustics.spacetime.sphere import lengths
+
 # Speed above which sums with it are written so that they do not cancel.
 _FAST = 0.5
 
@@ -93,16 +95,24 @@ def sky_from_fido(frame: Frame, direction: np.ndarray) -> np.ndarray:
     The inverse of `fido_from_sky`.
     """
     along = np.asarray(direction) @ np.asarray(frame.basis).T
+    if frame.speed == 0:
+        return _unit(0.0 - along)
     boost, aberration = doppler(frame, (along[..., 0], along[..., 1], along[..., 2]))
     shrink = -math.sqrt(frame.slowness)
     parts = [shrink * along[..., 0] / boost, aberration / boost, shrink * along[..., 2] / boost]
-    sky = np.stack(parts, axis=-1)
-    return sky / np.linalg.norm(sky, axis=-1, keepdims=True)
+    return _unit(np.stack(parts, axis=-1))
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return np.asarray(vectors / lengths(vectors)[..., None])
 
 
 def line_of_sight_from_sky(frame: Frame, sky: np.ndarray) -> np.ndarray:
     """Direction (..., 3) in FIDO components in which the camera looks at N (..., 3): against the photon's motion."""
-    return -np.stack(fido_from_sky(frame, tuple(np.moveaxis(np.asarray(sky), -1, 0))), axis=-1)
+    sky = np.asarray(sky)
+    if frame.speed == 0:
+        return sky @ np.asarray(frame.basis)
+    return -np.stack(fido_from_sky(frame, (sky[..., 0], sky[..., 1], sky[..., 2])), axis=-1)
 
 
 def sky_from_line_of_sight(frame: Frame, line_of_sight: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.frame import sky_from_fido
+from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 _MOST_POINTS = 1_000_000
@@ -93,9 +94,9 @@ def _ways_and_phases(viewer: Viewer) -> tuple[np.ndarray, np.ndarray]:
 
 def _steps(viewer: Viewer, edge_phase: np.ndarray) -> np.ndarray:
     """The ways between edge phases, in units of half the way round."""
-    lengths = np.linalg.norm(np.diff(_edge_places(viewer, edge_phase), axis=0), axis=1)
+    size = lengths(np.diff(_edge_places(viewer, edge_phase), axis=0))
     # An edge smaller than round-off has no length.
-    return lengths / max(lengths.sum(), 1e-300) + np.diff(edge_phase) / (2 * math.pi)
+    return size / max(size.sum(), 1e-300) + np.diff(edge_phase) / (2 * math.pi)
 
 
 def _sums(steps: np.ndarray) -> np.ndarray:
@@ -142,7 +143,7 @@ def edge_photons(camera: Viewer, edge_phase: np.ndarray) -> np.ndarray:
         half = (1 + n_r) / 2
         n_r, n_theta, n_phi = half**2 - (n_theta**2 + n_phi**2) / 4, n_theta * half, n_phi * half
     photon = np.stack([n_r, n_theta, n_phi], axis=-1)
-    return photon / np.linalg.norm(photon, axis=-1, keepdims=True)
+    return photon / lengths(photon)[..., None]
 
 
 def _theta_potential(q: Any, momentum: Any, a: float, c: float) -> Any:
