@@ -39,11 +39,11 @@ def find_roots(
     """
     # Directions toward the hole itself have no place in the chart.
     charted = camera == camera.at_rest() and not domain_of(end, camera).falls
-    if not isinstance(end, CelestialSphere | Sphere) or not len(star):
+    edge, surface = chart_of(camera).even_edge if charted else np.zeros((1, 4)), end.bare()
+    if edge is None or not isinstance(surface, CelestialSphere | Sphere) or not len(star):
         return step_by_step(camera, star, index, sky, most_steps, end, charted)
-    table = chart_of(camera).edge if charted else np.zeros((1, 4))
     columns = [sky, star, index.astype(float)]
-    found, error, state = calls.roots(camera, columns, end.bare(), (charted, len(table), most_steps), table)
+    found, error, state = calls.roots(camera, columns, surface, (charted, len(edge), most_steps), edge)
     rest = np.flatnonzero(state == limits.UNSURE)
     if len(rest):
         which, places, errors = step_by_step(

@@ -25,8 +25,8 @@ from kerrcaustics.spacetime.sphere import polar_basis, tangent_parts
 class Chart(NamedTuple):
     """The shadow edge about the direction to the hole, along which steps bend.
 
-    bends: 0 for straight steps alone, else 1; size: the table of a spline, four powers a row, the highest first, of the
-    distance (radians) of the edge by position angle, in so many even pieces from -pi to pi.
+    bends: 0 for straight steps alone, else 1; size: the distance (radians) of the edge by position angle, in so many
+    even pieces from -pi to pi: four powers of a cubic in a row, the highest first.
     """
 
     bends: Any
@@ -113,7 +113,7 @@ def _missed(sky: Any, beam: Any, star: Any) -> tuple[Any, Any]:
     a, b, c, d = _entries(beam.jacobian)
     area = a * d - b * c
     u, v = (d * first - b * second) / area, (a * second - c * first) / area
-    e_1, e_2 = tangent_parts(*sky, jnp)
+    e_1, e_2 = tangent_parts(sky[0], sky[1], sky[2], jnp)
     off = tuple(u * one + v * other for one, other in zip(e_1, e_2, strict=True))
     return off, jnp.where(jnp.isfinite(distance), distance, math.inf)
 

@@ -5,14 +5,14 @@ edge, as in sky_lines.py, all layers are of about one thickness. Opposite to the
 that the sheet of index 0 is described by N instead.
 """
 
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from kerrcaustics.lens_map import newton_limits as limits
 from kerrcaustics.lens_map.sky_lines import DEEPEST, periodic
-from kerrcaustics.numerics.splines import Spline
+from kerrcaustics.numerics.splines import Spline, cubics
 from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.shadow import edge_photons, even_phases
 from kerrcaustics.spacetime.sphere import lengths, moved
@@ -21,6 +21,8 @@ from kerrcaustics.spacetime.viewer import Viewer
 Array = np.ndarray
 
 _TABLE = 4096
+# Even pieces of the shadow edge, and how far off (radians) they may be.
+_EVEN_PIECES, _SAME_EDGE = 8192, 1e-10
 
 Step = tuple[Float[Array, "images 3"], Float[Array, " images"]]
 """Directions reached, and the parts of the steps that were taken."""
@@ -58,10 +60,20 @@ class Chart:
         self._axes = np.array(camera.frame().basis)
         self._size = edge_size(camera)
 
-    @property
-    def edge(self) -> Float[Array, "pieces 4"]:
-        """The distance of the shadow edge, as newton_formulas.py has it."""
-        return self._size.powers
+    @cached_property
+    def even_edge(self) -> Float[Array, "pieces 4"] | None:
+        """The distance of the shadow edge in even pieces, as newton_formulas.py has it.
+
+        None where that is not the same: the edge of the fastest holes has corners, seen from close by.
+        """
+        nodes = np.linspace(-np.pi, np.pi, _EVEN_PIECES + 1)
+        edge = cubics(nodes, self._size(nodes), self._size(nodes, 1))
+        # Where the edge is known best, the piece and what of it lies ahead.
+        turn = (self._size.x + np.pi) % (2 * np.pi)
+        piece = np.minimum((turn / (2 * np.pi) * _EVEN_PIECES).astype(int), _EVEN_PIECES - 1)
+        (a, b, c, d), ahead = edge[piece].T, turn - (nodes[piece] + np.pi)
+        off = ((a * ahead + b) * ahead + c) * ahead + d - self._size(self._size.x)
+        return edge if np.abs(off).max() < _SAME_EDGE else None
 
     def place(self, index: Int[Array, " images"], sky: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
         """Coordinates of directions N on sheets of the given index."""
@@ -183,18 +195,14 @@ class Chart:
 
 
 def edge_size(camera: Viewer) -> Spline:
-    """Distance (radians) of the shadow edge from the direction to the hole, for a camera at rest: by position angle.
-
-    The pieces of the spline are even.
-    """
+    """Distance (radians) of the shadow edge from the direction to the hole, for a camera at rest: by position angle."""
     edge = -edge_photons(camera, even_phases(camera, np.arange(_TABLE) / _TABLE))
     angle = np.arctan2(edge[:, 2], edge[:, 1])
     angle, first = np.unique(angle, return_index=True)
     size = np.arctan2(np.hypot(edge[:, 1], edge[:, 2]), -edge[:, 0])[first]
     # Round-off may have put neighbours too close for a spline.
     kept = np.concatenate([[True], np.diff(angle) > 1e-7])
-    even = np.linspace(-np.pi, np.pi, _TABLE + 1)
-    return periodic(even[:-1], periodic(angle[kept], size[kept])(even[:-1]))
+    return periodic(angle[kept], size[kept])
 
 
 @lru_cache(maxsize=8)

@@ -26,16 +26,10 @@ class Spline:
     """
 
     def __init__(self, nodes: Float[Array, " n"], values: Float[Array, " n *axes"], *, periodic: bool = False) -> None:
-        """Rising nodes, two or more; of a periodic spline the last value is the first.
-
-        powers (n - 1, 4, *axes) are those of the cubic between each node and the next, the highest first.
-        """
+        """Rising nodes, two or more; of a periodic spline the last value is the first."""
         self.x, self.periodic = np.asarray(nodes, float), periodic
         values = np.asarray(values, float)
-        width = _as_column(np.diff(self.x), values)
-        rate, slope = np.diff(values, axis=0) / width, slopes(self.x, values, periodic=periodic)
-        bend = (slope[:-1] + slope[1:] - 2 * rate) / width
-        self.powers = np.stack([bend / width, (rate - slope[:-1]) / width - bend, slope[:-1], values[:-1]], axis=1)
+        self._powers = cubics(self.x, values, slopes(self.x, values, periodic=periodic))
 
     def __call__(self, at: Float[Array, "*batch"] | float, derivative: int = 0) -> Float[Array, "..."]:
         """Values at places (*batch, *axes), or derivatives there of an order of 1 to 3."""
@@ -43,11 +37,21 @@ class Spline:
         if self.periodic:
             place = self.x[0] + (place - self.x[0]) % (self.x[-1] - self.x[0])
         piece = _pieces(self.x, place)
-        factors, powers = _FACTORS[derivative], self.powers[piece]
+        factors, powers = _FACTORS[derivative], self._powers[piece]
         ahead, total = _as_column(place - self.x[piece], powers[:, 0]), factors[0] * powers[:, 0]
         for k, factor in enumerate(factors[1:], 1):
             total = total * ahead + factor * powers[:, k]
         return total.reshape(np.shape(at) + total.shape[1:])
+
+
+def cubics(
+    nodes: Float[Array, " n"], values: Float[Array, " n *axes"], slope: Float[Array, " n *axes"]
+) -> Float[Array, " pieces 4 *axes"]:
+    """Powers, the highest first, of the cubics between each node and the next: of the distance from the first."""
+    width = _as_column(np.diff(nodes), values)
+    rate = np.diff(values, axis=0) / width
+    bend = (slope[:-1] + slope[1:] - 2 * rate) / width
+    return np.stack([bend / width, (rate - slope[:-1]) / width - bend, slope[:-1], values[:-1]], axis=1)
 
 
 def slopes(
