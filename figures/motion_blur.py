@@ -10,8 +10,8 @@ is what the swept beams must reproduce. Remakes JTFT figure A1.
 The paper's: blur by swept beams against the mean of many pictures. Ours: the scene, the camera's motion, and swatches
 beside the stars; the camera falls by 0.1 M, from r = 6.08 to 5.98, and turns by 2.9 degrees, more than in a frame of a
 film, so that the blur is visible. The paper's swept beams take about twice as long as a picture of one moment. So do
-ours where the camera circles the hole (1.6 times for stars, 2.8 for swatches, measured); where it falls and turns, as
-here, they take 8 and 11 times as long, and the mean takes as many times as long as it has pictures.
+ours where the camera circles the hole (1.6 times for stars, 2.8 for swatches, measured at 200 × 160 pixels); where it
+falls and turns, as here, they take 8 and 11 times as long, and the mean takes as many times as long as it has pictures.
 """
 
 import math
@@ -28,7 +28,7 @@ from kerrcaustics.draw.scenes import show_picture
 
 SPIN, RADIUS, FALL, TURN = 0.999, 6.03, 0.1, 0.05
 VELOCITY = (-0.3, 0.0, 0.2)
-SIZE, FIELD = (200, 160), math.radians(75)
+SIZE, FIELD = (320, 256), math.radians(75)
 SAMPLES = 32
 
 

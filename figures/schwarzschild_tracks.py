@@ -91,9 +91,11 @@ def uncover(ax: Axes, places: np.ndarray) -> None:
     below = ax.get_images()[0]
     ax.apply_aspect()
     points = 72 * ax.get_window_extent().width / ax.get_figure(root=True).dpi
+    radius = MARK / 2 / points * np.ptp(ax.get_xlim())
     for place in places:
-        above = ax.imshow(below.get_array(), extent=below.get_extent(), interpolation="antialiased", zorder=3)
-        above.set_clip_path(Circle(tuple(place), MARK / 2 / points * 2 * VIEW, transform=ax.transData))
+        look = {"interpolation": "antialiased", "aspect": ax.get_aspect(), "zorder": 3}
+        above = ax.imshow(below.get_array(), extent=below.get_extent(), **look)
+        above.set_clip_path(Circle(tuple(place), radius, transform=ax.transData))
 
 
 def joined(sky: np.ndarray) -> np.ndarray:

@@ -13,10 +13,12 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 
 import kerrcaustics as kc
 from kerrcaustics.curves.caustic import CausticSet
@@ -32,6 +34,8 @@ from kerrcaustics.tracks.tracks import StarTracks
 FIELD = 150.0
 # Radians by which the sky turns in an exposure: that of half a frame, in a film of 240 frames or more.
 LONGEST_BLUR = math.pi / 240
+# What stands behind words on stars.
+BEHIND: dict[str, Any] = {"facecolor": "black", "edgecolor": "none", "alpha": 0.6}
 
 
 @dataclass(frozen=True)
@@ -74,12 +78,23 @@ class Orbit:
             show_critical_curves(ax, self.view, self.caustics, on_black=True, color=CURVE_COLOUR, linewidth=1.6)
             for (tracks, images), (*_, marker, colour) in zip(self.stars, self.figure.STARS, strict=True):
                 self.draw_tracks(ax, tracks, colour)
-                places = self.view.pixels(images[number].sky).T
+                places = self.view.pixels(images[number].sky)
+                self.figure.uncover(ax, places)
                 look = {"color": colour, "linestyle": "none", "zorder": 4, **self.figure.mark(marker)}
-                ax.plot(*places, scalex=False, scaley=False, **look)
+                ax.plot(*places.T, scalex=False, scaley=False, **look)
             caption = f"a = 0, r = 30 on a circular orbit, {part:.2f} of the orbit"
-            frame.text(0.02, 0.96, caption, color="white", fontsize=14, va="top")
+            frame.text(0.02, 0.96, caption, color="white", fontsize=14, va="top", bbox=BEHIND)
+            self.draw_legend(ax)
             return pixels(frame)
+
+    def draw_legend(self, ax: Axes) -> None:
+        handles = [Line2D([], [], label="Einstein ring", color=CURVE_COLOUR, linewidth=1.6)]
+        for name, number, marker, colour in reversed(self.figure.STARS):
+            label = f"{name}, magnitude {self.figure.SKY.catalogue.magnitude[number]:.1f}"
+            look = {"color": colour, **self.figure.mark(marker), "markersize": 11}
+            handles.insert(0, Line2D([], [], label=label, **look))
+        box = {"facecolor": "black", "edgecolor": "none", "framealpha": BEHIND["alpha"], "labelcolor": "white"}
+        ax.legend(handles=handles, loc="lower left", borderaxespad=1.2, **box).set_zorder(5)
 
     def draw_tracks(self, ax: Axes, star: StarTracks, colour: str) -> None:
         """The tracks of a star, with arrows in the sense in which its images move."""

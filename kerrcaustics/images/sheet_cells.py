@@ -23,7 +23,7 @@ _NEAR_EDGE = np.array([1, 2, 4, 8])
 _REACH, _MOST_BALLS, _SAG = 1.25, 12, 0.05
 # How far outside a cell, in parts of it, the linear model of the map may put the star, beside the margin.
 _LINEAR = 0.25
-# Circles whose radii differ by less than this factor are searched together.
+# Circles whose radii differ by less than this factor are taken for equal: they are searched together.
 _ALIKE = 1.5
 # For so many pairs of a star and a circle a table of all distances is quicker than a tree; the round-off of the squares
 # in it.
@@ -32,22 +32,31 @@ _FEW_PAIRS, _ROUND_OFF = 2_000_000, 4e-15
 
 @dataclass(frozen=True, eq=False)
 class _Circles:
-    """Circles of about one radius on the celestial sphere: their centres, the cells that they cover, the radius."""
+    """Circles on the celestial sphere: their centres, the cells that they cover, the radii."""
 
     centre: Float[Array, "circles 3"]
     cell: Int[Array, " circles"]
-    radius: float
+    radius: Float[Array, " circles"]
 
-    def around(self, star: Float[Array, "stars 3"], reach: float) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
-        """Pairs of a star and a circle whose centre is no further from it than the reach."""
-        if len(star) * len(self.centre) <= _FEW_PAIRS:
-            square = 1 + np.einsum("ni,ni->n", self.centre, self.centre) - 2 * star @ self.centre.T
-            which, circle = np.nonzero(square <= reach**2 + _ROUND_OFF)
-            return which, circle
+    def around(self, star: Float[Array, "stars 3"], wider: float) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
+        """Pairs of a star and a circle that holds it, its radius multiplied by a factor: by all distances."""
+        square = self._beyond - 2 * star @ self.centre.T
+        which, circle = np.nonzero(square <= (wider * self.radius) ** 2 + _ROUND_OFF)
+        return which, circle
+
+    def around_many(
+        self, star: Float[Array, "stars 3"], wider: float
+    ) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
+        """The same by a tree, for circles of one radius."""
         from scipy.spatial import KDTree
 
+        reach = wider * float(self.radius[0])
         pairs = KDTree(star).sparse_distance_matrix(self._tree, reach, output_type="ndarray")
         return pairs["i"], pairs["j"]
+
+    @cached_property
+    def _beyond(self) -> Float[Array, " circles"]:
+        return 1 + np.einsum("ni,ni->n", self.centre, self.centre)
 
     @cached_property
     def _tree(self) -> "KDTree":
@@ -71,15 +80,22 @@ class Cells:
     linear: Float[Array, "2 4 cells"]
 
     @cached_property
-    def circles(self) -> tuple[_Circles, ...]:
+    def circles(self) -> _Circles:
         """Circles that cover the images of the cells."""
-        return tuple(_circles(self.corners))
+        return _circles(self.corners)
+
+    @cached_property
+    def circles_by_size(self) -> tuple[_Circles, ...]:
+        """The same in groups of one radius."""
+        every = self.circles
+        groups = [np.flatnonzero(every.radius == one) for one in np.unique(every.radius)]
+        return tuple(_Circles(every.centre[group], every.cell[group], every.radius[group]) for group in groups)
 
     def around(self, star: Float[Array, "stars 3"], margin: float) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
         """Pairs of a star and a cell that it may lie in, by a linear map."""
-        numbers = []
-        for circles in self.circles:
-            which, circle = circles.around(star, (1 + margin) * circles.radius)
+        numbers, few = [], len(star) * len(self.circles.cell) <= _FEW_PAIRS
+        for circles in (self.circles,) if few else self.circles_by_size:
+            which, circle = (circles.around if few else circles.around_many)(star, 1 + margin)
             cell = circles.cell[circle]
             near = _linearly_inside(self, cell, star, which, margin)
             numbers.append(which[near] * len(self.sheet) + cell[near])
@@ -125,8 +141,8 @@ def _centres(corners: Float[Array, "cells 4 3"]) -> Float[Array, "cells 3"]:
     return middle / np.linalg.norm(middle, axis=1, keepdims=True)
 
 
-def _circles(corners: Float[Array, "cells 4 3"]) -> list[_Circles]:
-    """Circles that cover the cells' images, mostly long and thin, along their longer axes; ordered by size."""
+def _circles(corners: Float[Array, "cells 4 3"]) -> _Circles:
+    """Circles that cover the cells' images, mostly long and thin, along their longer axes."""
     centre = _centres(corners)
     away = corners - centre[:, None]
     east, north = tangent_basis(centre)
@@ -143,9 +159,11 @@ def _circles(corners: Float[Array, "cells 4 3"]) -> list[_Circles]:
     place = low[owner] + (number + 0.5) / count[owner] * length[owner]
     radius = _REACH * np.hypot(length / count, width)[owner] / 2
     middle = centre[owner] + place[:, None] * axis[owner]
-    size = np.floor(np.log(np.maximum(radius, 1e-12)) / np.log(_ALIKE))
-    alike = [np.flatnonzero(size == one) for one in np.unique(size)]
-    return [_Circles(middle[group], owner[group], float(radius[group].max())) for group in alike]
+    # Those of about one radius have the largest of them.
+    _, group = np.unique(np.floor(np.log(np.maximum(radius, 1e-12)) / np.log(_ALIKE)), return_inverse=True)
+    largest = np.zeros(group.max(initial=-1) + 1)
+    np.maximum.at(largest, group, radius)
+    return _Circles(middle, owner, largest[group])
 
 
 def _linear_inverse(corners: Float[Array, "cells 4 3"]) -> Float[Array, "cells 2 3"]:
