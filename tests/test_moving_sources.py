@@ -90,6 +90,15 @@ def test_a_point_may_pass_behind_the_camera():
         assert emitted + images.time[0] == pytest.approx(time, abs=1e-6)
 
 
+@pytest.mark.slow
+def test_a_point_that_comes_from_the_horizon_is_seen_from_afar():
+    observer = kc.Observer(spin=0.998, inclination=math.pi / 2, radius=6516.157274392356)
+    orbit = kc.Orbit.geodesic(9.926460384800599, 2.1338613635158032, -1.4934293270483676, velocity=(0.9, 0.0, 0.2))
+    light = kc.light_curve(observer, orbit, np.linspace(5.0, 35.0, 10), max_index=1)
+    assert light.certified
+    assert (light.error < 1e-6 * light.flux).all()
+
+
 @pytest.mark.stand_ins
 def test_without_any_image_the_flux_is_unknown():
     source, curves = SimpleNamespace(searched=search_sky(CAMERA)), ImageCurves((), (), ("in doubt",))
