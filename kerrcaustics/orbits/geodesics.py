@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from kerrcaustics.orbits.moving_place import Place
-from kerrcaustics.shapes import Float
+from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.sphere import lengths
@@ -87,6 +87,28 @@ class FallConstants:
         return [u_rate, self.radial(u)[1], v_x, v_y, v_z, *forces, *self.rates(u, m_x * m_x + m_y * m_y)]
 
 
+class _Pieces(NamedTuple):
+    """The polynomials between the states of the integrator of order 8(5,3) (Hairer, Norsett & Wanner 1993, II.6).
+
+    width: steps of Mino time; first: states at their starts; coefficients.
+    """
+
+    width: Float[Array, " n"]
+    first: Float[Array, "n 10"]
+    coefficients: Float[Array, "n 7 10"]
+
+    def rows(self, step: Int[Array, " n"]) -> "_Pieces":
+        """Those of some steps."""
+        return _Pieces(*(values[step] for values in self))
+
+    def at(self, part: Float[Array, " n"]) -> Float[Array, "10 n"]:
+        """The states at parts of the steps."""
+        state, part = np.zeros_like(self.first), part[:, None]
+        for i, power in enumerate(reversed(range(self.coefficients.shape[1]))):
+            state = (state + self.coefficients[:, power]) * (1 - part if i % 2 else part)
+        return (state + self.first).T
+
+
 @dataclass(frozen=True)
 class _Leg:
     """A direction of the integration: the state after each step, and in between, as functions of Mino time.
@@ -114,20 +136,22 @@ class _Leg:
 
     def states_at(self, time: Float[Array, " n"]) -> Float[Array, "10 n"]:
         """The states at times within the span."""
-        state = np.repeat(self.states[:1].T, len(time), axis=1)
-        ends = np.array([[between.t_old, between.t] for between in self.between]).reshape(-1, 2)
+        if not len(self.between):
+            return np.repeat(self.states[:1].T, len(time), axis=1)
         order = np.sign(self.states[-1, 8] - self.states[0, 8])
-        step = np.searchsorted(order * self.states[1:-1, 8], order * time) if len(self.between) else np.zeros(0, int)
-        for i in np.unique(step):
-            in_step = np.flatnonzero(step == i)
-            before, after = self.states[i], self.states[i + 1]
-            mino = ends[i, 0] + (time[in_step] - before[8]) * (ends[i, 1] - ends[i, 0]) / (after[8] - before[8])
-            for _ in range(_INVERSIONS):
-                there = self.between[i](mino)
-                t_rate, _ = self.constants.rates(there[0], there[2] ** 2 + there[3] ** 2)
-                mino = np.clip(mino + (time[in_step] - there[8]) / t_rate, *sorted(ends[i]))
-            state[:, in_step] = self.between[i](mino)
-        return state
+        step = np.searchsorted(order * self.states[1:-1, 8], order * time)
+        before, after, pieces = self.states[step, 8], self.states[step + 1, 8], self._pieces.rows(step)
+        part = (time - before) / (after - before)
+        for _ in range(_INVERSIONS):
+            there = pieces.at(part)
+            t_rate, _ = self.constants.rates(there[0], there[2] ** 2 + there[3] ** 2)
+            part = np.clip(part + (time - there[8]) / (t_rate * pieces.width), 0, 1)
+        return pieces.at(part)
+
+    @cached_property
+    def _pieces(self) -> "_Pieces":
+        parts = [(piece.h, piece.y_old, piece.F) for piece in self.between]
+        return _Pieces(*(np.array(values) for values in zip(*parts, strict=True)))
 
     def _within(self, step: int, time: float) -> Float[Array, "10"]:
         """The state at a time in a step."""
@@ -356,7 +380,7 @@ def _drift(leg: _Leg) -> float:
     is u . u = -1 as well. L_z is that of m, which stays a unit vector.
     """
     constants = leg.constants
-    states = np.array([leg.state(time)[0] for time in np.linspace(*leg.span, _SAMPLES)])
+    states = leg.states_at(np.linspace(*leg.span, _SAMPLES)).T
     u, u_rate, m, m_rate = states[:, 0], states[:, 1], states[:, 2:5], states[:, 5:8]
     swing = 1 / u**2 + constants.momentum**2 + abs(constants.carter)
     radial = (u_rate**2 - constants.radial(u)[0]) / (constants.energy**2 + u * u * swing)
