@@ -127,7 +127,7 @@ class _SkyLattice(NamedTuple):
         x, y = self.origin
         beyond = np.pad(~hidden, self.margin, mode="edge")
         lattice = np.pad(beyond, ((y - self.margin, self.size), (x - self.margin, self.size)))
-        return np.pad(lattice.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
+        return np.pad(lattice.cumsum(axis=0, dtype=np.int32).cumsum(axis=1, dtype=np.int32), ((1, 0), (1, 0)))
 
     def on_picture(self, x: Array, y: Array) -> tuple[Array, Array]:
         """Pixels of places of the lattice."""
