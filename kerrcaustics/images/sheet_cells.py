@@ -1,6 +1,6 @@
 """Cells of the grids of all sheets, and the search for those that a star may lie in."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -44,14 +44,10 @@ class _Circles:
         which, circle = np.nonzero(square <= (wider * self.radius) ** 2 + _ROUND_OFF)
         return which, circle
 
-    def around_many(
-        self, star: Float[Array, "stars 3"], wider: float
-    ) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
-        """The same by a tree, for circles of one radius."""
-        from scipy.spatial import KDTree
-
+    def around_many(self, star: "KDTree", wider: float) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
+        """The same by a tree of the stars, for circles of one radius."""
         reach = wider * float(self.radius[0])
-        pairs = KDTree(star).sparse_distance_matrix(self._tree, reach, output_type="ndarray")
+        pairs = star.sparse_distance_matrix(self._tree, reach, output_type="ndarray")
         return pairs["i"], pairs["j"]
 
     @cached_property
@@ -93,15 +89,26 @@ class Cells:
 
     def around(self, star: Float[Array, "stars 3"], margin: float) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
         """Pairs of a star and a cell that it may lie in, by a linear map."""
-        numbers, few = [], len(star) * len(self.circles.cell) <= _FEW_PAIRS
-        for circles in (self.circles,) if few else self.circles_by_size:
-            which, circle = (circles.around if few else circles.around_many)(star, 1 + margin)
-            cell = circles.cell[circle]
+        numbers = []
+        for which, cell in self._within_circles(star, 1 + margin):
             near = _linearly_inside(self, cell, star, which, margin)
             numbers.append(which[near] * len(self.sheet) + cell[near])
         # `np.unique` takes several times as long.
         every = np.sort(np.concatenate(numbers))
         return np.divmod(every[np.diff(every, prepend=-1) > 0], len(self.sheet))
+
+    def _within_circles(self, star: Float[Array, "stars 3"], wider: float) -> Iterator[tuple[Array, Array]]:
+        """Pairs of a star and a cell one of whose circles holds it, its radius multiplied by a factor."""
+        if len(star) * len(self.circles.cell) <= _FEW_PAIRS:
+            which, circle = self.circles.around(star, wider)
+            yield which, self.circles.cell[circle]
+            return
+        from scipy.spatial import KDTree
+
+        stars = KDTree(star)
+        for circles in self.circles_by_size:
+            which, circle = circles.around_many(stars, wider)
+            yield which, circles.cell[circle]
 
 
 def cells_of(sheets: Sequence[Sheet]) -> Cells:
