@@ -54,12 +54,9 @@ def main(output: Path) -> list[Path]:
         figure = Figure(figsize=(style.PAGE_WIDTH, 6.9), layout="constrained")
         ax = figure.add_subplot()
         axes = tracks_on_stars(ax, tracks, caustics, edge, SKY, VIEW, colours=[colour for *_, colour in STARS])
-        marks = []
-        for (name, number, marker, colour), star in zip(STARS, stars, strict=True):
+        for (*_, marker, colour), star in zip(STARS, stars, strict=True):
             draw_star(ax, axes, star, marker, colour)
-            label = f"{name}, magnitude {SKY.catalogue.magnitude[number]:.1f}: images and tracks"
-            marks.append(Line2D([], [], label=label, color=colour, **{**mark(marker), "markersize": 9}))
-        handles = [*marks, curve_handle("Einstein ring")]
+        handles = [*mark_handles(9), curve_handle("Einstein ring")]
         figure.legend(handles=handles, loc="outside lower center", ncols=2, labelspacing=0.9)
         angles = " and ".join(f"{math.degrees(theta):.1f}" for theta, _ in stars)
         figure.suptitle(f"stars at θ′ = {angles} deg; {headline(caustics)}")
@@ -75,6 +72,15 @@ def star_angles(number: int) -> tuple[float, float]:
 def mark(marker: str) -> dict[str, Any]:
     """An open mark, in which the image of the star is seen."""
     return {"marker": marker, "markersize": MARK, "markerfacecolor": "none", "markeredgewidth": 1.6}
+
+
+def mark_handles(size: float) -> list[Line2D]:
+    """The handles of the marks for a legend, so many points large."""
+    labels = [
+        f"{name}, magnitude {SKY.catalogue.magnitude[number]:.1f}: images and tracks" for name, number, *_ in STARS
+    ]
+    looks = [{"color": colour, **mark(marker), "markersize": size} for *_, marker, colour in STARS]
+    return [Line2D([], [], label=label, **look) for label, look in zip(labels, looks, strict=True)]
 
 
 def draw_star(ax: Axes, axes: np.ndarray, star: tuple[float, float], marker: str, colour: str) -> None:

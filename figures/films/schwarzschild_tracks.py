@@ -88,11 +88,8 @@ class Orbit:
             return pixels(frame)
 
     def draw_legend(self, ax: Axes) -> None:
-        handles = [Line2D([], [], label="Einstein ring", color=CURVE_COLOUR, linewidth=1.6)]
-        for name, number, marker, colour in reversed(self.figure.STARS):
-            label = f"{name}, magnitude {self.figure.SKY.catalogue.magnitude[number]:.1f}"
-            look = {"color": colour, **self.figure.mark(marker), "markersize": 11}
-            handles.insert(0, Line2D([], [], label=label, **look))
+        ring = Line2D([], [], label="Einstein ring", color=CURVE_COLOUR, linewidth=1.6)
+        handles = [*self.figure.mark_handles(11), ring]
         box = {"facecolor": "black", "edgecolor": "none", "framealpha": BEHIND["alpha"], "labelcolor": "white"}
         ax.legend(handles=handles, loc="lower left", borderaxespad=1.2, **box).set_zorder(5)
 

@@ -5,7 +5,7 @@ import numpy as np
 from kerrcaustics.beams.ray_end import RayEnd
 
 # The integrator is tried if this part of an error, or more, is round-off that it does not share: it gains a digit.
-MOSTLY = 0.9
+_MOSTLY = 0.9
 
 
 def excess(ends: RayEnd[np.ndarray], tolerance: float, noises: float = 2) -> np.ndarray:
@@ -19,11 +19,11 @@ def excess(ends: RayEnd[np.ndarray], tolerance: float, noises: float = 2) -> np.
 
 def is_mostly_noise(ends: RayEnd[np.ndarray], tolerance: float) -> np.ndarray:
     """True if an error exceeds the tolerance by round-off of the engine; all engines share that of the direction."""
-    unsure = (ends.error > tolerance) & (_or_none(ends.noise) > MOSTLY * ends.error)
+    unsure = (ends.error > tolerance) & (_or_none(ends.noise) > _MOSTLY * ends.error)
     if ends.time is None or ends.time_error is None or ends.time_noise is None:
         return unsure
     late = ends.time_error > tolerance * np.maximum(1, np.abs(ends.time))
-    return unsure | late & (ends.time_noise > MOSTLY * ends.time_error)
+    return unsure | late & (ends.time_noise > _MOSTLY * ends.time_error)
 
 
 def _or_none(noise: np.ndarray | None) -> np.ndarray:

@@ -7,7 +7,6 @@ from numpy.polynomial import legendre
 
 from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.rows import Rows
-from kerrcaustics.spacetime.sphere import lengths
 
 Array = np.ndarray
 
@@ -53,11 +52,6 @@ def along(
 ) -> Float[Array, "arcs places axes"]:
     """Values at places along arcs from those at nodes."""
     return np.einsum("pn,anx->apx", matrix, points)
-
-
-def unit(vectors: Float[Array, "*batch 3"]) -> Float[Array, "*batch 3"]:
-    """Vectors of length 1."""
-    return vectors / lengths(vectors)[..., None]
 
 
 def with_ends(

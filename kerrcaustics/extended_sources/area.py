@@ -22,13 +22,12 @@ from kerrcaustics.extended_sources.arcs import (
     WEIGHTS,
     BoundaryArcs,
     at_nodes,
-    unit,
     with_ends,
 )
 from kerrcaustics.lens_map.search_sky import SearchSky
 from kerrcaustics.numerics.matching import component_of
 from kerrcaustics.shapes import Complex, Float, Int
-from kerrcaustics.spacetime.sphere import from_angles, lengths, tangent_basis
+from kerrcaustics.spacetime.sphere import from_angles, lengths, tangent_basis, unit
 
 Array = np.ndarray
 

@@ -4,9 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kerrcaustics.extended_sources.arcs import DERIVATIVE, GUESSED, NODES, WEIGHTS, BoundaryArcs, along, unit, values_at
+from kerrcaustics.extended_sources.arcs import DERIVATIVE, GUESSED, NODES, WEIGHTS, BoundaryArcs, along, values_at
 from kerrcaustics.shapes import Float, Int
-from kerrcaustics.spacetime.sphere import lengths
+from kerrcaustics.spacetime.sphere import lengths, unit
 
 Array = np.ndarray
 

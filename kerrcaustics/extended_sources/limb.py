@@ -23,7 +23,6 @@ from kerrcaustics.extended_sources.arcs import (
     along,
     at_nodes,
     is_lost,
-    unit,
     values_at,
     with_ends,
 )
@@ -31,7 +30,7 @@ from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.lens_map.sky_chart import chart_of
 from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.rows import Rows
-from kerrcaustics.spacetime.sphere import flattened, lengths, tangent_basis
+from kerrcaustics.spacetime.sphere import flattened, lengths, tangent_basis, unit
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.level_curves.circle import Circle
 from kerrcaustics.tracks.level_curves.links import Links

@@ -15,7 +15,6 @@ import numpy as np
 from kerrcaustics.beams.ends import End, EquatorialPlane
 from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.curves.critical_curves import CriticalCurves
-from kerrcaustics.extended_sources.arcs import unit
 from kerrcaustics.lens_map.circles_in_plane import Circles
 from kerrcaustics.lens_map.domains import Ring, TwoLeaves
 from kerrcaustics.lens_map.search_sky import TOLERANCE
@@ -25,7 +24,7 @@ from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.rows import Rows
-from kerrcaustics.spacetime.sphere import angle_between, lengths
+from kerrcaustics.spacetime.sphere import angle_between, lengths, unit
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray

@@ -22,11 +22,11 @@ from kerrcaustics.images.sheet_cells import Cells, bilinear_root, cells_of
 from kerrcaustics.images.sheet_grids import Sheet, traced_sheet
 from kerrcaustics.lens_map.domains import domain_of
 from kerrcaustics.lens_map.search_sky import search_camera
-from kerrcaustics.lens_map.sky_lines import HostParts, periodic
+from kerrcaustics.lens_map.sky_lines import periodic
 from kerrcaustics.numerics.splines import Spline
 from kerrcaustics.results.progress import report
 from kerrcaustics.shapes import Bool, Float, Int, Num
-from kerrcaustics.spacetime.arrays import HostVectors
+from kerrcaustics.spacetime.arrays import HostParts, HostVectors
 from kerrcaustics.spacetime.frame import Frame, sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.spacetime.viewer import Viewer

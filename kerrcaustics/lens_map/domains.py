@@ -23,7 +23,7 @@ from kerrcaustics.numerics.roots import bracketed_roots
 from kerrcaustics.numerics.splines import Spline
 from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.arrays import HostVectors
+from kerrcaustics.spacetime.arrays import HostParts, HostVectors
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.frame import photon_of, sky_from_fido
 from kerrcaustics.spacetime.shadow import edge_photons, even_phases
@@ -88,9 +88,7 @@ class OneLeaf:
         reach = sky_lines.wide_reach(self.camera, edge_phase, self.zoom)
         return -np.log((reach - np.pi / 2 - _BELOW) / reach)
 
-    def line_of_sight(
-        self, edge_phase: sky_lines.HostParts, depth: sky_lines.HostParts
-    ) -> tuple[HostVectors, Bool[Array, "*batch"]]:
+    def line_of_sight(self, edge_phase: HostParts, depth: HostParts) -> tuple[HostVectors, Bool[Array, "*batch"]]:
         """Lines of sight (..., 3), and whether they stand for the second arrival; both arguments are broadcast."""
         first = np.zeros(np.broadcast_shapes(np.shape(edge_phase), np.shape(depth)), bool)
         if self.zoom == 1:
@@ -98,7 +96,7 @@ class OneLeaf:
         reach = sky_lines.wide_reach(self.camera, edge_phase, self.zoom)
         return self._beside(edge_phase, reach * np.exp(-np.asarray(depth, float))), first
 
-    def _beside(self, edge_phase: sky_lines.HostParts, distance: sky_lines.HostParts) -> HostVectors:
+    def _beside(self, edge_phase: HostParts, distance: HostParts) -> HostVectors:
         return sky_lines.on_wide_sky(self.camera, edge_phase, distance, self.zoom)
 
     def check(self) -> None:
@@ -143,9 +141,7 @@ class TwoLeaves(OneLeaf):
         """The least radius of camera and sphere."""
         return float(self.surface.radius)
 
-    def line_of_sight(
-        self, edge_phase: sky_lines.HostParts, depth: sky_lines.HostParts
-    ) -> tuple[HostVectors, Bool[Array, "*batch"]]:
+    def line_of_sight(self, edge_phase: HostParts, depth: HostParts) -> tuple[HostVectors, Bool[Array, "*batch"]]:
         """Lines of sight (..., 3), and whether they stand for the second arrival; both arguments are broadcast."""
         size = np.pi - sky_lines.wide_reach(self.camera, edge_phase, self.zoom)
         rim = _rim(self.camera, float(self.surface.radius), self.zoom)

@@ -12,8 +12,9 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from kerrcaustics.beams.accuracy import MOSTLY
+from kerrcaustics.beams.accuracy import is_mostly_noise
 from kerrcaustics.beams.closed_form import formula
+from kerrcaustics.beams.geometry import length
 from kerrcaustics.beams.kernels.programs import ENDS, FRAME, SKY, SPHERICAL, Number, Program, named, with_end
 from kerrcaustics.beams.kernels.tables import Table, table_row
 from kerrcaustics.beams.ray_end import Wanted
@@ -81,7 +82,7 @@ def _after(now: Search, beam: Any, wish: Wish, stepped: Any) -> Search:
     """The search after the beam of its trial."""
     off, distance = _missed(now.trial, beam, wish.star)
     error, minor = beam.error, jnp.abs(_minor_diameter(beam.jacobian))
-    unsure = ~beam.closed_form | ((error > limits.TOLERANCE) & (beam.noise > MOSTLY * error))
+    unsure = ~beam.closed_form | is_mostly_noise(beam, limits.TOLERANCE)
     # A linear map would bring n' closer by the part of the step that is taken; a third of that is asked for.
     allowed = (beam.index == wish.index) & (distance < now.residual * (1 - now.taken / 3))
     settled = ~allowed & (now.residual < limits.MOST_ERRORS * error) & (now.part == 1)
@@ -104,7 +105,7 @@ def _missed(sky: Any, beam: Any, star: Any) -> tuple[Any, Any]:
     """The tangent of the sky that a linear map asks for, and the angle between a star and the end of the ray."""
     direction = beam.direction
     way = [star[i] - direction[..., i] for i in range(3)]
-    chord = _length(way)
+    chord = length(way)
     distance = 2 * jnp.arcsin(jnp.minimum(chord / 2, 1.0))
     first, second = (dot([e[..., i] for i in range(3)], way) for e in polar_basis(direction, jnp))
     size = jnp.hypot(first, second)
@@ -129,28 +130,28 @@ def _entries(matrix: Any) -> tuple[Any, ...]:
 
 def _stepped(frame: Any, chart: Chart, sky: Any, step: Any, part: Any) -> tuple[Any, Any]:
     """`Chart.stepped` of sky_chart.py."""
-    length = _length(step)
-    straight = part / jnp.maximum(length / limits.LONGEST, 1.0)
-    angle = length * straight
+    size = length(step)
+    straight = part / jnp.maximum(size / limits.LONGEST, 1.0)
+    angle = size * straight
     ahead = straight * jnp.where(angle == 0, 1.0, jnp.sin(angle) / jnp.where(angle == 0, 1.0, angle))
     great = _unit([n * jnp.cos(angle) + ahead * s for n, s in zip(sky, step, strict=True)])
 
     toward, along = _by_hole(frame, sky), _by_hole(frame, step)
     across = jnp.hypot(toward[1], toward[2])
     turned, away = jnp.arctan2(toward[2], toward[1]), jnp.arctan2(across, -toward[0])
-    size, slope = _edge(chart, turned)
-    beyond = jnp.maximum(away - size, limits.NEAREST)
-    depth = jnp.log((math.pi - size) / beyond)
+    edge, slope = _edge(chart, turned)
+    beyond = jnp.maximum(away - edge, limits.NEAREST)
+    depth = jnp.log((math.pi - edge) / beyond)
     safe = jnp.maximum(across, 1e-150)
     outward = along[0] * safe - toward[0] * (toward[1] * along[1] + toward[2] * along[2]) / safe
     turning = (toward[1] * along[2] - toward[2] * along[1]) / safe**2
-    deepening = -slope * turning / (math.pi - size) - (outward - slope * turning) / beyond
-    bent = (chart.bends > 0.5) & (depth > limits.DEEP) & (length > limits.STRAIGHT)
+    deepening = -slope * turning / (math.pi - edge) - (outward - slope * turning) / beyond
+    bent = (chart.bends > 0.5) & (depth > limits.DEEP) & (size > limits.STRAIGHT)
     longest = jnp.maximum(jnp.abs(turning) / limits.LONGEST_TURN, jnp.abs(deepening) / limits.LONGEST_DEPTH)
     short = part / jnp.maximum(longest, 1.0)
     turned, deeper = turned + turning * short, jnp.minimum(jnp.maximum(depth + deepening * short, 0.0), limits.DEEPEST)
-    size, _ = _edge(chart, turned)
-    away = size + (math.pi - size) * jnp.exp(-deeper)
+    edge, _ = _edge(chart, turned)
+    away = edge + (math.pi - edge) * jnp.exp(-deeper)
     sight = (-jnp.cos(away), jnp.sin(away) * jnp.cos(turned), jnp.sin(away) * jnp.sin(turned))
     beside = _unit([dot(row, sight) for row in frame.basis])
     return _either(bent, beside, great), jnp.where(bent, short, straight)
@@ -172,13 +173,9 @@ def _edge(chart: Chart, angle: Any) -> tuple[Any, Any]:
     return ((a * ahead + b) * ahead + c) * ahead + d, (3 * a * ahead + 2 * b) * ahead + c
 
 
-def _length(vector: Any) -> Any:
-    return jnp.sqrt(dot(vector, vector))
-
-
 def _unit(vector: Any) -> tuple[Any, ...]:
-    length = _length(vector)
-    return tuple(part / length for part in vector)
+    size = length(vector)
+    return tuple(part / size for part in vector)
 
 
 def _either(flag: Any, one: Any, other: Any) -> tuple[Any, ...]:

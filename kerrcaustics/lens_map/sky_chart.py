@@ -15,7 +15,7 @@ from kerrcaustics.lens_map.sky_lines import DEEPEST, periodic
 from kerrcaustics.numerics.splines import Spline, cubics
 from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.shadow import edge_photons, even_phases
-from kerrcaustics.spacetime.sphere import lengths, moved
+from kerrcaustics.spacetime.sphere import lengths, moved, unit
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -191,7 +191,7 @@ class Chart:
         across = np.sin(distance)
         line_of_sight = np.stack([-np.cos(distance), across * np.cos(angle), across * np.sin(angle)], axis=-1)
         sky = line_of_sight @ self._axes.T
-        return np.asarray(sky / lengths(sky)[:, None])
+        return unit(sky)
 
 
 def edge_size(camera: Viewer) -> Spline:

@@ -9,23 +9,20 @@ All of it lives on the sky of the fiducial observer: caustics do not depend on t
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from kerrcaustics.lens_map import newton_limits
 from kerrcaustics.numerics.splines import Spline
 from kerrcaustics.shapes import Float
-from kerrcaustics.spacetime.arrays import HostReals, HostVectors
+from kerrcaustics.spacetime.arrays import HostParts, HostReals, HostVectors
 from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.shadow import edge_photons
-from kerrcaustics.spacetime.sphere import lengths
+from kerrcaustics.spacetime.sphere import unit
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
-# Numbers that are broadcast with others.
-HostParts = Float[Any, "*#batch"]
 
 DEEPEST = newton_limits.DEEPEST
 """Below this distance from the edge, reach exp(-DEEPEST), a direction in double precision has no digits left."""
@@ -76,7 +73,7 @@ def beside_edge(camera: Viewer, edge_phase: HostParts, part: HostParts) -> HostV
     edge, away, reach = _from_edge(camera, edge_phase)
     distance = (reach * np.asarray(part, float))[..., None]
     direction = edge * np.cos(distance) + away * np.sin(distance)
-    return direction / lengths(direction)[..., None]
+    return unit(direction)
 
 
 def _from_edge(camera: Viewer, edge_phase: HostReals) -> tuple[HostVectors, HostVectors, HostReals]:

@@ -25,7 +25,7 @@ from kerrcaustics.orbits.motions import BodyMotion, BodyPlaces
 from kerrcaustics.orbits.orbit import clock_rates
 from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.kerr import horizon_product
-from kerrcaustics.spacetime.sphere import flattened, lengths, tangent_basis
+from kerrcaustics.spacetime.sphere import flattened, lengths, tangent_basis, unit
 
 Array = np.ndarray
 
@@ -101,7 +101,7 @@ def along_sky(sky: Float[Array, "n 3"], step: Float[Array, "n 2"]) -> Float[Arra
     """Directions after steps along `tangent_basis(N)`."""
     first, second = tangent_basis(sky)
     ahead = sky + step[:, :1] * first + step[:, 1:] * second
-    return ahead / lengths(ahead)[:, None]
+    return unit(ahead)
 
 
 def solved(matrix: Float[Array, "n k k"], wish: Float[Array, "n k"]) -> Float[Array, "n k"]:
@@ -200,7 +200,7 @@ class Arrivals:
         # dr, dtheta, sin theta dphi by Mino time.
         motion = np.stack([self._delta * p_r, p_theta, around + drag * self._sine], axis=-1)
         ahead = motion * np.stack(self._scales, axis=-1)
-        return ahead / lengths(ahead)[:, None]
+        return unit(ahead)
 
     @cached_property
     def across(self) -> Float[Array, "2 n 3"]:

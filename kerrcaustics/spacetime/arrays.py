@@ -25,3 +25,5 @@ Vectors = TypeVar("Vectors", Float[Array, "*batch 3"], Float[np.ndarray, "*batch
 # The same on the host, and one number of each.
 HostVectors = Float[np.ndarray, "*batch 3"]
 HostReals = Float[Any, "*batch"]
+# Numbers that are broadcast with others.
+HostParts = Float[Any, "*#batch"]

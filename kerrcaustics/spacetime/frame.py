@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kerrcaustics.spacetime.sphere import lengths
+from kerrcaustics.spacetime.sphere import unit
 
 # Speed above which sums with it are written so that they do not cancel.
 _FAST = 0.5
@@ -96,15 +96,11 @@ def sky_from_fido(frame: Frame, direction: np.ndarray) -> np.ndarray:
     """
     along = np.asarray(direction) @ np.asarray(frame.basis).T
     if frame.speed == 0:
-        return _unit(0.0 - along)
+        return unit(0.0 - along)
     boost, aberration = doppler(frame, (along[..., 0], along[..., 1], along[..., 2]))
     shrink = -math.sqrt(frame.slowness)
     parts = [shrink * along[..., 0] / boost, aberration / boost, shrink * along[..., 2] / boost]
-    return _unit(np.stack(parts, axis=-1))
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return np.asarray(vectors / lengths(vectors)[..., None])
+    return unit(np.stack(parts, axis=-1))
 
 
 def line_of_sight_from_sky(frame: Frame, sky: np.ndarray) -> np.ndarray:

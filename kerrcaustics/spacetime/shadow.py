@@ -11,7 +11,7 @@ from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.frame import sky_from_fido
-from kerrcaustics.spacetime.sphere import lengths
+from kerrcaustics.spacetime.sphere import lengths, unit
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 _MOST_POINTS = 1_000_000
@@ -142,8 +142,7 @@ def edge_photons(camera: Viewer, edge_phase: np.ndarray) -> np.ndarray:
         n_r, n_theta, n_phi = n_r / size, n_theta / size, n_phi / size
         half = (1 + n_r) / 2
         n_r, n_theta, n_phi = half**2 - (n_theta**2 + n_phi**2) / 4, n_theta * half, n_phi * half
-    photon = np.stack([n_r, n_theta, n_phi], axis=-1)
-    return photon / lengths(photon)[..., None]
+    return unit(np.stack([n_r, n_theta, n_phi], axis=-1))
 
 
 def _theta_potential(q: Any, momentum: Any, a: float, c: float) -> Any:

@@ -67,6 +67,11 @@ def lengths(vectors: np.ndarray) -> HostReals:
     return np.asarray(np.sqrt(total))
 
 
+def unit(vectors: np.ndarray) -> HostVectors:
+    """Vectors of length 1 along vectors (..., 3)."""
+    return np.asarray(vectors / lengths(vectors)[..., None])
+
+
 def from_angles(theta: ArrayLike, phi: ArrayLike) -> HostVectors:
     """Unit vectors (..., 3) with polar angle theta and azimuth phi."""
     theta, phi = np.broadcast_arrays(np.asarray(theta, float), np.asarray(phi, float))
@@ -83,4 +88,4 @@ def moved(direction: np.ndarray, step: np.ndarray) -> np.ndarray:
     """Unit vectors (n, 3) reached from directions (n, 3) along great circles, by tangent steps (n, 3) in radians."""
     length = lengths(step)[:, None]
     point = direction * np.cos(length) + step * np.sinc(length / np.pi)
-    return point / lengths(point)[:, None]
+    return unit(point)
