@@ -53,6 +53,7 @@ PICTURES = {
     "explorer": "from kerrcaustics.explorer import server; from kerrcaustics.explorer.answers import answer; "
     "from kerrcaustics.explorer.state import ExplorerState; answer(1, 'full', ExplorerState())",
     "render": "render disk.toml --output disk.png",
+    "render with curves": "render stars.toml --output stars.png",
 }
 SCENE = """
 hole = {spin = 0.6}
@@ -60,6 +61,14 @@ camera = {radius = 74, inclination_deg = 80, velocity = "static"}
 view = {width = 32, height = 18, field_of_view_deg = 40}
 sky = {kind = "none"}
 disk = {inner = 4.5, outer = 18.7, emission = {kind = "page-thorne", peak = 6500}}
+"""
+
+STARS = """
+hole = {spin = 0.9}
+camera = {radius = 6}
+view = {width = 32, height = 18, field_of_view_deg = 120}
+sky = {kind = "stars"}
+overlays = {critical_curves = 1, poles = true, labels = true, caption = "t = {time:.1f} M"}
 """
 
 # Plots, tables of results, pages of notebooks, other formats.
@@ -72,6 +81,7 @@ NOT_NEEDED |= dict.fromkeys(("amplification", "kc.amplification"), ON_REQUEST | 
 # The photon shell needs elliptic integrals; pictures with stars search for their neighbours.
 NOT_NEEDED |= dict.fromkeys(("light-curve", "kc.light_curve"), ON_REQUEST | SCIPY)
 NOT_NEEDED["render"] = ON_REQUEST | SCIPY - {"scipy.spatial"}
+NOT_NEEDED["render with curves"] = NOT_NEEDED["render"] - {"matplotlib"}
 NOT_NEEDED["explorer"] = ON_REQUEST | SCIPY
 # Derivatives, GPUs and the build of the engines need it; and NumPy takes no longer to load than types of arrays.
 JAX = {"jax", "jaxlib", "jaxtyping"}
@@ -81,7 +91,8 @@ JAX = {"jax", "jaxlib", "jaxtyping"}
 def loaded(tmp_path_factory):
     """The packages that are loaded after each command or call."""
     folder, seen = tmp_path_factory.mktemp("start"), {}
-    (folder / "disk.toml").write_text(SCENE, encoding="utf-8")
+    for name, scene in (("disk", SCENE), ("stars", STARS)):
+        (folder / f"{name}.toml").write_text(scene, encoding="utf-8")
     packages = sorted(set.union(JAX, *NOT_NEEDED.values()))
     for steps in (COMMANDS, CALLS, PICTURES):
         done = subprocess.run(

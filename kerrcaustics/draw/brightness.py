@@ -7,12 +7,12 @@ from itertools import pairwise
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator, MultipleLocator
-from scipy.optimize import linear_sum_assignment
 
 from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import TURNS
 from kerrcaustics.draw.tracks import all_events, index_line, stretches
 from kerrcaustics.images.images import StarImages
+from kerrcaustics.numerics.matching import best_matches
 from kerrcaustics.shapes import Float
 from kerrcaustics.tracks.events import PairEvent
 from kerrcaustics.tracks.tracks import StarTracks
@@ -123,7 +123,7 @@ def _strands(images: tuple[StarImages, ...], index: int) -> Iterator[Float[Array
         sky = image.sky[which]
         if before is not None:
             gap = ((before[:, None] - sky[None]) ** 2).sum(axis=2)
-            chosen = linear_sum_assignment(gap)[1]
+            chosen = best_matches(gap)[1]
             which, sky = which[chosen], sky[chosen]
         strands[i], before = image.magnification[which], sky
     yield from strands.T

@@ -8,9 +8,8 @@ M, which are zero where light comes straight out of the hole.
 import math
 
 import numpy as np
-from scipy.interpolate import CubicSpline, make_interp_spline
-from scipy.spatial import KDTree
 
+from kerrcaustics.numerics.splines import Spline
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge
 from kerrcaustics.spacetime.sphere import angle_between
@@ -63,7 +62,7 @@ def smoothed(directions: Float[Array, "n axes"]) -> Float[Array, "m axes"]:
     closed = np.concatenate([directions, directions[:1]])
     if not _FEWEST_SMOOTHED <= len(directions) <= _MOST_SMOOTHED:
         return directions
-    curve = CubicSpline(np.arange(len(closed)), closed, bc_type="periodic")
+    curve = Spline(np.arange(len(closed)), closed, periodic=True)
     dense = curve(np.linspace(0, len(directions), 10 * len(directions), endpoint=False))
     return dense if _is_flat(dense) else dense / np.linalg.norm(dense, axis=1, keepdims=True)
 
@@ -100,6 +99,9 @@ def position_angle(directions: Float[Array, "*batch axes"], axes: Float[Array, "
 
 def distance_to_edge(directions: Float[Array, "n axes"], edge: Float[Array, "m axes"]) -> Float[Array, " n"]:
     """Distance (n,), in degrees or M, from directions (n, axes) to the edge's nearest point; NaN below round-off."""
+    from scipy.interpolate import make_interp_spline
+    from scipy.spatial import KDTree
+
     closed = np.concatenate([edge, edge[:1]])
     # Arc length, rather than the number of the point: points displaced along the edge then do no harm.
     arc = np.concatenate([[0.0], np.cumsum(_apart(closed[1:], closed[:-1]))])

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullLocator
-from scipy.interpolate import Akima1DInterpolator
 
 from kerrcaustics.draw import palettes
 from kerrcaustics.shapes import Bool, Float
@@ -138,6 +137,8 @@ def draw_computed(ax: Axes, x: Float[np.ndarray, " n"], y: Float[np.ndarray, " n
     The curve is Akima's, modified so that it hardly overshoots, in the logarithms of the coordinates that `log` names
     ("x", "y", "xy").
     """
+    from scipy.interpolate import Akima1DInterpolator
+
     finite = np.isfinite(x) & np.isfinite(y)
     points = [np.log(part[finite]) if name in log else part[finite] for name, part in (("x", x), ("y", y))]
     if finite.sum() > 1:

@@ -6,7 +6,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.special import ndtri
 
 from kerrcaustics.scenes.colour import shifted_light
 from kerrcaustics.scenes.footprint import DEVIATION, Footprint
@@ -90,5 +89,7 @@ def _quantiles(count: int) -> Float[Array, " count"]:
     """Points of equal weight with the mean and the variance of a normal distribution."""
     if count == 1:
         return np.zeros(1)
+    from scipy.special import ndtri
+
     points = ndtri((np.arange(count) + 0.5) / count)
     return points / points.std()

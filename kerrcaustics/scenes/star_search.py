@@ -179,7 +179,7 @@ class StarSearch:
         inside = (block >= 0).all(axis=1) & (block[:, 0] < blocks.shape[1]) & (block[:, 1] < blocks.shape[0])
         blocks[block[inside, 1], block[inside, 0]] = True
         # A chart round the hole goes on across its side.
-        blocks = _grown(np.pad(blocks, 1, mode="wrap"), 3)[1:-1, 1:-1]
+        blocks = _grown(np.pad(blocks, 1, mode="wrap"), 1, 1)[1:-1, 1:-1]
         if isinstance(chart, EdgeChart):
             row, column = np.nonzero(blocks)
             angle, distance = chart.distance(_BLOCK * (column + 0.5) - 0.5, _BLOCK * (row + 0.5) - 0.5)
@@ -191,7 +191,7 @@ class StarSearch:
     def _samples(self) -> tuple[Array, Array]:
         """Places in the uncovered pixels: their middles, and their corners."""
         middle = np.nonzero(self._uncovered)
-        corner = np.nonzero(_grown(np.pad(self._uncovered, (0, 1)), 2, -1))
+        corner = np.nonzero(_grown(np.pad(self._uncovered, (0, 1)), 0, 1))
         y, x = (np.concatenate([first - 1, second - 1.5]) for first, second in zip(middle, corner, strict=True))
         return x, y
 
@@ -342,16 +342,17 @@ def _sizes(view: Raster, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"])
     return view.solid_angle(steps) * view.lengths(sky) ** 2
 
 
-def _grown(mask: Bool[Array, "h w"], width: int, origin: int = 0) -> Bool[Array, "h w"]:
-    """True where a square about a pixel, so wide and moved by the origin, holds one that is True."""
-    from scipy.ndimage import binary_dilation
-
-    return binary_dilation(mask, np.ones((width, width)), origin=origin)
+def _grown(mask: Bool[Array, "h w"], before: int, after: int) -> Bool[Array, "h w"]:
+    """True for pixels at which one is True, and so many before and after such, along both axes."""
+    for _ in range(2):
+        wide, rows = np.pad(mask, ((after, before), (0, 0))), len(mask)
+        mask = np.logical_or.reduce([wide[k : k + rows] for k in range(before + after + 1)]).T
+    return mask
 
 
 def _uncovered(camera: Viewer, view: Raster, cells: SkyCells, fraction: Picture) -> Bool[Array, "h+2 w+2"]:
     """Pixels, and those beside the picture, that cells do not cover and that may see the sky."""
-    near = _grown(np.pad(fraction > 0, 1, mode="edge"), 3)
+    near = _grown(np.pad(fraction > 0, 1, mode="edge"), 1, 1)
     edge = np.round(view.pixels(shadow_edge(camera, _EDGE_POINTS)) + 1)
     edge = edge[np.isfinite(edge).all(axis=1)].astype(int)
     inside = (edge >= 0).all(axis=1) & (edge[:, 0] < near.shape[1]) & (edge[:, 1] < near.shape[0])
