@@ -62,7 +62,7 @@ def smoothed(directions: Float[Array, "n axes"]) -> Float[Array, "m axes"]:
     closed = np.concatenate([directions, directions[:1]])
     if not _FEWEST_SMOOTHED <= len(directions) <= _MOST_SMOOTHED:
         return directions
-    curve = Spline(np.arange(len(closed)), closed, periodic=True)
+    curve = Spline(np.arange(float(len(closed))), closed, periodic=True)
     dense = curve(np.linspace(0, len(directions), 10 * len(directions), endpoint=False))
     return dense if _is_flat(dense) else dense / np.linalg.norm(dense, axis=1, keepdims=True)
 
