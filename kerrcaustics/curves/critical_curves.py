@@ -16,6 +16,7 @@ from kerrcaustics.curves.critical_points import LABEL_STEP, Points, Search, leav
 from kerrcaustics.lens_map.domains import Domain, OneLeaf
 from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.lens_map.search_sky import TOLERANCE
+from kerrcaustics.numerics.parts import inner_parts
 from kerrcaustics.numerics.splines import Spline
 from kerrcaustics.results.progress import report
 from kerrcaustics.shapes import Float
@@ -31,8 +32,8 @@ _CROWDING = 0.9
 _LONGEST_STEP = np.radians(2.0)
 _LONGEST_PART = 1 / 80
 _MOST_HALVINGS = 14
-# A step longer than this by so many times is cut into quarters at once.
-_MUCH_LONGER = 3
+# A step is cut at once into so many parts at most; into one more where parts of equal length would be just too long.
+_MOST_PARTS, _UNEQUAL = 8, 0.1
 _MOST_POINTS = 40_000
 # Curves whose points have larger errors than this, mostly, are not followed: steps from point to point would be noise.
 _WORST_CURVE = 1e-3
@@ -283,7 +284,7 @@ def steps(points: Points) -> tuple[Float[Array, " steps"], Float[Array, " steps"
 
 
 def _cuts(points: Points, half: bool) -> Float[Array, " cuts"]:
-    """Parameters halfway along the steps that are too long, and at the quarters of those that are much too long."""
+    """Parameters at which steps that are too long are cut into equal parts."""
     if not half:
         points = points.joined(points[:1].shifted(1))
     on_caustic, on_sky = steps(points)
@@ -291,10 +292,10 @@ def _cuts(points: Points, half: bool) -> Float[Array, " cuts"]:
     # A caustic smaller than its error is a point, and needs no finer sampling.
     longest = max(min(_LONGEST_STEP, size * _LONGEST_PART), 3 * points.angle_error.max())
     excess = np.maximum(on_caustic / longest, on_sky / _LONGEST_STEP)
-    start, end = points.edge_phase[:-1], points.edge_phase[1:]
-    middle, long, longer = (start + end) / 2, excess > 1, excess > _MUCH_LONGER
-    quarters = (start + middle) / 2, (middle + end) / 2
-    return np.concatenate([middle[long], *(quarter[longer] for quarter in quarters)])
+    parts = np.where(excess > 1, np.minimum(np.ceil(excess + _UNEQUAL), _MOST_PARTS), 1).astype(int)
+    which, part = inner_parts(parts)
+    start, end = points.edge_phase[which], points.edge_phase[which + 1]
+    return start + part * (end - start)
 
 
 def _closes(points: Points) -> bool:

@@ -1,24 +1,36 @@
 """Cusps and extremes of caustics, from a polynomial model of a short piece of the curve around each.
 
 Around a cusp or an extreme the curve is traced at Chebyshev nodes of its parameter. All that is read off is a
-smooth function there, so the interpolating polynomial is as accurate as the beams themselves.
+smooth function there, so the interpolating polynomial is as accurate as the beams themselves. All pieces of all curves
+are read at once.
 """
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
 from kerrcaustics.curves.critical_curves import CriticalCurve, between
 from kerrcaustics.curves.critical_points import Points, Search
-from kerrcaustics.shapes import Float
+from kerrcaustics.shapes import Bool, Float, Int
 
 Array = np.ndarray
 
 NODES = chebyshev.chebpts1(17)
-_TO_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(NODES, len(NODES) - 1))
 """Places of the points on a piece, from -1 to 1."""
+_POWERS = len(NODES)
+_TO_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(NODES, _POWERS - 1))
+# From coefficients to those of the derivative.
+_DERIVED = np.pad(chebyshev.chebder(np.eye(_POWERS)), ((0, 1), (0, 0)))
+_SPEEDS = chebyshev.chebvander(NODES, _POWERS - 1) @ _DERIVED @ _TO_COEFFICIENTS
+"""From values at the nodes to derivatives there."""
+# Where a polynomial is looked at first; a root may lie a little beyond the ends, by round-off.
+_GRID = np.linspace(-1, 1, 129) * (1 + 1e-9)
+_ON_GRID = chebyshev.chebvander(_GRID, _POWERS - 1)
+# Newton steps from there: each squares what is left.
+_STEPS = 5
 _EXTREMES = {
     "theta_min": ("theta", -1),
     "theta_max": ("theta", 1),
@@ -40,10 +52,29 @@ class Features:
     lost_cusps: int
 
 
-# A short piece of one curve: its order, what is looked for in it, its middle and half-width in `edge_phase`.
-_Piece = tuple[int, str, float, float]
-# Order, parameter and depth of a cusp, and the error of its place that comes from the parameter.
-_Root = tuple[int, float, float, float]
+class _Piece(NamedTuple):
+    """A short piece of one curve: its order, what is looked for, its middle and half-width in `edge_phase`."""
+
+    order: int
+    what: str
+    middle: float
+    half: float
+
+
+class _Model(NamedTuple):
+    """A piece with its points at `NODES`."""
+
+    piece: _Piece
+    points: Points
+
+
+class _Root(NamedTuple):
+    """Order, parameter and depth of a cusp, and the error of its place that comes from the parameter."""
+
+    order: int
+    edge_phase: float
+    depth: float
+    error: float
 
 
 def find_features(search: Search, curves: Iterable[CriticalCurve]) -> dict[int, Features]:
@@ -52,15 +83,12 @@ def find_features(search: Search, curves: Iterable[CriticalCurve]) -> dict[int, 
     Curves that are not much larger than their error have none: the search would find only noise.
     """
     features = {curve.order: Features({}, [], 0) for curve in curves}
-    roots: list[_Root] = []
-    for piece, points in _models(search, curves, (*_EXTREMES, "cusps")):
-        order, what, _, half = piece
-        if points is None:
-            features[order].lost_cusps += what == "cusps"
-        elif what == "cusps":
-            roots += [r for r in _cusp(piece, points) if not any(_same_root(r, known, half) for known in roots)]
-        else:
-            features[order].extremes[what] = _extreme(points, *_EXTREMES[what])
+    models, lost = _models(search, curves, (*_EXTREMES, "cusps"))
+    for piece in lost:
+        features[piece.order].lost_cusps += piece.what == "cusps"
+    for (order, what), extreme in _extremes(models).items():
+        features[order].extremes[what] = extreme
+    roots = _cusps([model for model in models if model.piece.what == "cusps"])
     if roots:
         order, edge_phase, depth, error = (np.array(column) for column in zip(*roots, strict=True))
         for k, point, missed in zip(order, search.polished(edge_phase, order, depth).each(), error, strict=True):
@@ -74,30 +102,21 @@ def extreme_places(search: Search, curves: Iterable[CriticalCurve]) -> dict[tupl
     The points are those at `NODES`, and the place is on the same scale, -1 to 1. The extremes of curves that are not
     much larger than their error are missing, and so are those whose piece could not be traced.
     """
-    models = _models(search, curves, tuple(_EXTREMES))
-    places = {(order, name): points for (order, name, *_), points in models if points is not None}
-    return {key: (points, _place(points, *_EXTREMES[key[1]])) for key, points in places.items()}
-
-
-def _same_root(first: _Root, second: _Root, half: float) -> bool:
-    """True for a root that two neighbouring pieces share."""
-    return bool(first[0] == second[0] and abs(first[1] - second[1]) < 1e-3 * half)
+    models, _ = _models(search, curves, tuple(_EXTREMES))
+    places = _peaks(_heights(models))[0].tolist()
+    return {model.piece[:2]: (model.points, at) for model, at in zip(models, places, strict=True)}
 
 
 def _pieces(curve: CriticalCurve, around: Points) -> list[_Piece]:
     points, n = curve.points, len(curve.points)
+    places = [(name, int(np.argmax(sign * getattr(points, field)))) for name, (field, sign) in _EXTREMES.items()]
+    places += [("cusps", i) for i in _reversals(points)]
     pieces = []
-    for name, (field, sign) in _EXTREMES.items():
-        pieces.append(_piece(curve.order, name, around, n + int(np.argmax(sign * getattr(points, field)))))
-    for i in _reversals(points):
-        pieces.append(_piece(curve.order, "cusps", around, n + i))
+    for what, i in places:
+        # From the point before to the one after it.
+        low, high = around.edge_phase[n + i - 1], around.edge_phase[n + i + 1]
+        pieces.append(_Piece(curve.order, what, (low + high) / 2, (high - low) / 2))
     return pieces
-
-
-def _piece(order: int, what: str, around: Points, i: int) -> _Piece:
-    """The piece from the point before point i to the one after it."""
-    low, high = around.edge_phase[i - 1], around.edge_phase[i + 1]
-    return order, what, (low + high) / 2, (high - low) / 2
 
 
 def _reversals(points: Points) -> list[int]:
@@ -115,87 +134,142 @@ def _reversals(points: Points) -> list[int]:
     return reversals
 
 
-def _oriented(axes: Float[Array, "points 3"]) -> Float[Array, "points 3"]:
+def _oriented(axes: Float[Array, "*rows points 3"]) -> Float[Array, "*rows points 3"]:
     """Axes with signs chosen so that each agrees with the one before."""
-    agree = np.sign(np.einsum("ij,ij->i", axes[1:], axes[:-1]))
-    return axes * np.concatenate([[1.0], np.cumprod(np.where(agree == 0, 1.0, agree))])[:, None]
+    agree = np.sign(np.vecdot(axes[..., 1:, :], axes[..., :-1, :]))
+    signs = np.cumprod(np.where(agree == 0, 1.0, agree), axis=-1)
+    return axes * np.concatenate([np.ones((*axes.shape[:-2], 1)), signs], axis=-1)[..., None]
 
 
 def _models(
     search: Search, curves: Iterable[CriticalCurve], features: tuple[str, ...]
-) -> list[tuple[_Piece, Points | None]]:
-    """The pieces of resolved curves around these features, each with its points at its Chebyshev nodes: in one go."""
+) -> tuple[list[_Model], list[_Piece]]:
+    """The pieces of resolved curves around these features with their points, in one go; those that were not traced."""
     around = {curve.order: curve.around() for curve in curves if curve.is_resolved}
     every = [_pieces(curve, around[curve.order]) for curve in curves if curve.is_resolved]
-    pieces = [piece for of_curve in every for piece in of_curve if piece[1] in features]
+    pieces = [piece for of_curve in every for piece in of_curve if piece.what in features]
     if not pieces:
-        return []
+        return [], []
     edge_phases = {
-        order: np.unique(np.concatenate([middle + half * NODES for k, _, middle, half in pieces if k == order]))
+        order: np.unique(np.concatenate([p.middle + p.half * NODES for p in pieces if p.order == order]))
         for order in around
     }
     traced = between(search, around, edge_phases)
-    models: list[tuple[_Piece, Points | None]] = []
+    models, lost = [], []
     for piece in pieces:
-        order, _, middle, half = piece
-        points = traced[order]
-        wanted = middle + half * NODES
+        points, wanted = traced[piece.order], piece.middle + piece.half * NODES
         at = np.searchsorted(points.edge_phase, wanted)
         whole = (at < len(points)).all() and np.array_equal(points.edge_phase[np.minimum(at, len(points) - 1)], wanted)
-        models.append((piece, points[at] if whole else None))
-    return models
+        if whole:
+            models.append(_Model(piece, points[at]))
+        else:
+            lost.append(piece)
+    return models, lost
 
 
-def fitted(values: Float[Array, " nodes *axes"]) -> Float[Array, " nodes *axes"]:
+def _fitted(values: Float[Array, "pieces nodes *axes"]) -> Float[Array, "pieces powers *axes"]:
     """The Chebyshev coefficients of values at `NODES`."""
-    return np.asarray(np.tensordot(_TO_COEFFICIENTS, values, axes=1))
+    return np.asarray(np.einsum("kn,pn...->pk...", _TO_COEFFICIENTS, values))
 
 
-def _roots(coefficients: Float[Array, " powers"]) -> Float[Array, " roots"]:
-    """Real roots in [-1, 1], a little round-off allowed."""
-    if not np.abs(coefficients[1:]).max() > 0:
-        return np.empty(0)
-    roots = chebyshev.chebroots(coefficients)
-    real = roots.real[np.abs(roots.imag) < 1e-7]
-    return real[np.abs(real) <= 1 + 1e-9]
+def _at(place: Float[Array, " pieces"], coefficients: Float[Array, "pieces powers"]) -> Float[Array, " pieces"]:
+    """Values of polynomials, each at a place of its own."""
+    return np.vecdot(chebyshev.chebvander(place, _POWERS - 1), coefficients)
 
 
-def _tail(coefficients: Float[Array, " powers"]) -> float:
-    """The distance of a polynomial from convergence: its last coefficients."""
-    return float(np.abs(coefficients[-3:]).max())
+def _tails(coefficients: Float[Array, "pieces powers"]) -> Float[Array, " pieces"]:
+    """The distance of polynomials from convergence: their last coefficients."""
+    return np.asarray(np.abs(coefficients[:, -3:]).max(axis=1))
 
 
-def _extreme(points: Points, field: str, sign: int) -> tuple[float, float]:
-    """The largest value of sign * field on the piece, as the value of the field, and its error."""
-    samples = getattr(points, field)
-    values = fitted(samples)
-    best = float(chebyshev.chebval(_place(points, field, sign), values))
-    noise, tail = points.angle_error.max(), _tail(values)
+def _heights(models: list[_Model]) -> Float[Array, "pieces nodes"]:
+    """What is largest at the extreme of each piece, at its nodes."""
+    if not models:
+        return np.empty((0, _POWERS))
+    rows = []
+    for (_, what, _, _), points in models:
+        field, sign = _EXTREMES[what]
+        rows.append(sign * getattr(points, field))
+    return np.stack(rows)
+
+
+def _peaks(heights: Float[Array, "pieces nodes"]) -> tuple[Float[Array, " pieces"], Float[Array, "pieces powers"]]:
+    """Where polynomials through values at `NODES` are largest, from -1 to 1, and their coefficients."""
+    values = _fitted(heights)
+    slopes = values @ _DERIVED.T
+    at = np.argmax(values @ _ON_GRID.T, axis=1)
+    # At an end of a piece that is an extreme, the slope has no root.
+    low, high = (_GRID[np.clip(at + beside, 0, len(_GRID) - 1)] for beside in (-1, 1))
+    return np.clip(_polished(slopes, _GRID[at], low, high), -1, 1), values
+
+
+def _polished(
+    coefficients: Float[Array, "pieces powers"],
+    place: Float[Array, " pieces"],
+    low: Float[Array, " pieces"],
+    high: Float[Array, " pieces"],
+) -> Float[Array, " pieces"]:
+    """Roots of polynomials by Newton's method from places, each within bounds of its own."""
+    slopes = coefficients @ _DERIVED.T
+    for _ in range(_STEPS):
+        slope = _at(place, slopes)
+        step = np.divide(_at(place, coefficients), slope, out=np.zeros_like(place), where=slope != 0)
+        place = np.clip(place - step, low, high)
+    return place
+
+
+def _extremes(models: list[_Model]) -> dict[tuple[int, str], tuple[float, float]]:
+    """By order and name the largest or least value on each piece, and its error."""
+    models = [model for model in models if model.piece.what != "cusps"]
+    heights = _heights(models)
+    place, values = _peaks(heights)
+    best, tail = _at(place, values), _tails(values)
+    noise = np.array([model.points.angle_error.max() for model in models])
     # A polynomial through values that are mostly noise overshoots: then the sample is as good as it.
-    overshoot = abs(best - samples[np.argmax(sign * samples)]) if tail > 3 * noise else 0.0
-    return best, float(noise + tail + overshoot)
+    overshoot = np.where(tail > 3 * noise, np.abs(best - heights.max(axis=1, initial=-np.inf)), 0.0)
+    error = noise + tail + overshoot
+    return {
+        model.piece[:2]: (_EXTREMES[model.piece.what][1] * value, doubt)
+        for model, value, doubt in zip(models, best.tolist(), error.tolist(), strict=True)
+    }
 
 
-def _place(points: Points, field: str, sign: int) -> float:
-    """The place of that on the piece, from -1 to 1."""
-    values = fitted(getattr(points, field))
-    places = np.concatenate([_roots(chebyshev.chebder(values)), [-1.0, 1.0]])
-    return float(places[np.argmax(sign * chebyshev.chebval(places, values))])
-
-
-def _cusp(piece: _Piece, points: Points) -> list[_Root]:
-    """The place where the caustic's speed along its tangent changes sign, if it does on this piece.
+def _cusps(models: list[_Model]) -> list[_Root]:
+    """Places where the caustic's speed along its tangent changes sign, on each piece the one next to its middle.
 
     The caustic's velocity is along the major axis everywhere; at a cusp its component there vanishes.
     """
-    velocity = chebyshev.chebval(NODES, chebyshev.chebder(fitted(points.direction))).T
-    speed = fitted(np.einsum("ij,ij->i", velocity, _oriented(points.major)))
-    roots = _roots(speed)
-    if roots.size == 0:
+    if not models:
         return []
-    place = float(roots[np.argmin(np.abs(roots))])
-    slope = abs(float(chebyshev.chebval(place, chebyshev.chebder(speed))))
-    depth = float(chebyshev.chebval(place, fitted(points.depth)))
-    # The tip moves with the square of the parameter's error, _tail / slope.
-    order, _, middle, half = piece
-    return [(order, middle + half * place, depth, _tail(speed) ** 2 / slope)]
+    direction, major, depth = (
+        np.stack([getattr(model.points, field) for model in models]) for field in ("direction", "major", "depth")
+    )
+    speed = np.vecdot(_SPEEDS @ direction, _oriented(major))
+    values = _fitted(speed)
+    which, place = _next_root(values)
+    values = values[which]
+    slope = np.abs(_at(place, values @ _DERIVED.T))
+    # The tip moves with the square of the parameter's error, the tail over the slope.
+    with np.errstate(divide="ignore"):
+        error = _tails(values) ** 2 / slope
+    depth = _at(place, _fitted(depth)[which])
+    roots: list[_Root] = []
+    for i, *numbers in zip(which.tolist(), place.tolist(), depth.tolist(), error.tolist(), strict=True):
+        order, _, middle, half = models[i].piece
+        root = _Root(order, middle + half * numbers[0], *numbers[1:])
+        # Neighbouring pieces may share one.
+        if not any(known.order == order and abs(known.edge_phase - root.edge_phase) < 1e-3 * half for known in roots):
+            roots.append(root)
+    return roots
+
+
+def _next_root(coefficients: Float[Array, "pieces powers"]) -> tuple[Int[Array, " found"], Float[Array, " found"]]:
+    """Polynomials that change sign, by their numbers, and for each the root next to 0."""
+    on_grid = coefficients @ _ON_GRID.T
+    changed: Bool[Array, "pieces steps"] = (on_grid[:, 1:] > 0) != (on_grid[:, :-1] > 0)
+    which = np.flatnonzero(changed.any(axis=1))
+    middle = np.abs(_GRID[1:] + _GRID[:-1])
+    step = np.argmin(np.where(changed[which], middle, np.inf), axis=1)
+    low, high = _GRID[step], _GRID[step + 1]
+    before, after = on_grid[which, step], on_grid[which, step + 1]
+    return which, _polished(coefficients[which], low + (high - low) * before / (before - after), low, high)

@@ -7,10 +7,10 @@ import numpy as np
 from kerrcaustics.curves.critical_curves import CriticalCurve, CriticalCurves, between
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.images.sheets import Sheets
+from kerrcaustics.numerics.parts import inner_parts
 from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.sphere import angle_between, lengths
 from kerrcaustics.tracks.level_curves.circle import Circle
-from kerrcaustics.tracks.level_curves.links import inner_parts
 
 Array = np.ndarray
 

@@ -18,6 +18,7 @@ from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.lens_map.search_sky import TOLERANCE, as_seen
 from kerrcaustics.lens_map.sky_chart import Chart, apart
+from kerrcaustics.numerics.parts import inner_parts
 from kerrcaustics.results.progress import report
 from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.frame import Frame
@@ -25,7 +26,7 @@ from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import angle_between, flattened
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.level_curves.circle import Circle
-from kerrcaustics.tracks.level_curves.links import DOUBT, Linker, Links, Nodes, inner_parts, links_of, plain_cost
+from kerrcaustics.tracks.level_curves.links import DOUBT, Linker, Links, Nodes, links_of, plain_cost
 from kerrcaustics.tracks.level_curves.path_events import STILL, path_events
 
 Array = np.ndarray

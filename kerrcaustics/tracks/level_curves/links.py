@@ -82,13 +82,6 @@ def links_of(rows: list[_Row]) -> Links:
     return Links(*(table[:, i].astype(int) for i in range(3)), *table[:, 3:].T)
 
 
-def inner_parts(parts: Int[Array, " links"]) -> tuple[Int[Array, " inner"], Float[Array, " inner"]]:
-    """The inner ends of the equal parts into which links are divided: which link, and how far along it, 0 to 1."""
-    which = np.repeat(np.arange(len(parts)), parts - 1)
-    number = np.arange(len(which)) - np.searchsorted(which, which) + 1
-    return which, number / parts[which]
-
-
 def plain_cost(
     step: Float[Array, "*batch 3"],
     ahead: Float[Array, "*#batch 3"],
