@@ -10,6 +10,8 @@ import kerrcaustics as kc
 # No other test has a camera here.
 SPIN, RADIUS = 0.51237, 10.0321
 STAR, SPOT = (1.0, 2.0), (8.0, 2.0)
+# Of lines a search takes several sets.
+LINES = "kerrcaustics.lens_map.sky_lines._kept"
 
 
 def camera(velocity, inclination=math.pi / 2):
@@ -48,7 +50,7 @@ def test_velocities_and_emitters_make_one_miss(first, others, kept):
     before = misses()
     images = first()
     after = misses()
-    new = [count - before.get(name, 0) for name, count in after.items()]
+    new = [count - before.get(name, 0) for name, count in after.items() if name != LINES]
     assert sorted(new)[-kept:] == [1] * kept and sum(new) == kept
     for other in others:
         # The answer is another one all the same.

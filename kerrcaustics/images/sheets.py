@@ -66,6 +66,19 @@ class Counted:
 
 
 @dataclass(frozen=True, eq=False)
+class Grids:
+    """The grids of all sheets; first: number of the first one that is not empty."""
+
+    sheets: tuple[Sheet, ...]
+    first: int
+
+    @cached_property
+    def cells(self) -> Cells:
+        """The cells of the grids."""
+        return cells_of(self.sheets[self.first :])
+
+
+@dataclass(frozen=True, eq=False)
 class Sheets:
     """The sheets of index 0 to max_index at one event, their edges, and the image counts that follow from these.
 
@@ -76,8 +89,13 @@ class Sheets:
     curves: CriticalCurves
     frame: Frame
     polygons: tuple[CausticPolygon, ...]
-    sheets: tuple[Sheet, ...]
+    grids: Grids
     pole_counts: Int[Array, " sheets"]
+
+    @property
+    def sheets(self) -> tuple[Sheet, ...]:
+        """The sheets, by index."""
+        return self.grids.sheets
 
     @property
     def camera(self) -> Viewer:
@@ -92,12 +110,7 @@ class Sheets:
     @property
     def _first(self) -> int:
         """Number of the first sheet, and of the first edge: nothing lies beyond the ring at infinity."""
-        return int(self.curves.domain.unbounded)
-
-    @cached_property
-    def cells(self) -> Cells:
-        """The cells of the grids."""
-        return cells_of(self.sheets[self._first :])
+        return self.grids.first
 
     @cached_property
     def folds(self) -> tuple[Spline, ...]:
@@ -130,7 +143,7 @@ class Sheets:
 
     def starts(self, star: Float[Array, "stars 3"], margin: float) -> Starts:
         """Guesses for all images of the stars; margin, NARROW or WIDE, how far outside a cell they may lie."""
-        cells = self.cells
+        cells = self.grids.cells
         which, cell = cells.around(star, margin)
         u, v = bilinear_root(cells.corners[cell], star[which])
         near = np.maximum(np.abs(u - 0.5), np.abs(v - 0.5)) <= 0.5 + margin
@@ -178,7 +191,7 @@ def _sheets_at_rest(camera: Viewer, max_index: int, surface: End) -> Sheets:
         curves=curves,
         frame=camera.frame(),
         polygons=polygons,
-        sheets=sheets,
+        grids=Grids(sheets, int(domain.unbounded)),
         pole_counts=_counts_at_pole(sheets, polygons),
     )
 

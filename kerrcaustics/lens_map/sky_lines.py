@@ -9,6 +9,7 @@ All of it lives on the sky of the fiducial observer: caustics do not depend on t
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -27,6 +28,9 @@ Array = np.ndarray
 DEEPEST = newton_limits.DEEPEST
 """Below this distance from the edge, reach exp(-DEEPEST), a direction in double precision has no digits left."""
 
+# Edges of so many lines are kept at most.
+_MOST_KEPT = 10_000
+
 
 def line_of_sight(camera: Viewer, edge_phase: HostParts, depth: HostParts) -> HostVectors:
     """Lines of sight at (edge phase, depth), in FIDO components (r, theta, phi); both are broadcast.
@@ -40,8 +44,7 @@ def line_of_sight(camera: Viewer, edge_phase: HostParts, depth: HostParts) -> Ho
 
 def line_reach(camera: Viewer, edge_phase: HostReals) -> HostReals:
     """Length of the lines (radians), from the edge to the direction opposite to the hole."""
-    photons = edge_photons(camera, edge_phase)
-    return np.pi - np.arctan2(np.hypot(photons[..., 1], photons[..., 2]), photons[..., 0])
+    return _from_edge(camera, edge_phase)[2]
 
 
 def wide_reach(camera: Viewer, edge_phase: HostReals, zoom: float) -> HostReals:
@@ -76,14 +79,36 @@ def beside_edge(camera: Viewer, edge_phase: HostParts, part: HostParts) -> HostV
     return unit(direction)
 
 
-def _from_edge(camera: Viewer, edge_phase: HostReals) -> tuple[HostVectors, HostVectors, HostReals]:
-    """Lines of sight of the shadow edge, tangents there away from the hole, and the reach of the lines."""
+_Edge = tuple[HostVectors, HostVectors, HostReals]
+
+
+def _from_edge(camera: Viewer, edge_phase: HostReals) -> _Edge:
+    """Lines of sight of the shadow edge, tangents there away from the hole, and the reach of the lines.
+
+    They are kept for a few sets of lines: searches come back to the same ones, at other depths.
+    """
+    phases = np.asarray(edge_phase, float)
+    if phases.size > _MOST_KEPT:
+        return _beside_hole(camera, phases)
+    return _kept(camera, phases.shape, phases.tobytes())
+
+
+@lru_cache(maxsize=32)
+def _kept(camera: Viewer, shape: tuple[int, ...], phases: bytes) -> _Edge:
+    parts = _beside_hole(camera, np.frombuffer(phases).reshape(shape))
+    for part in parts:
+        part.setflags(write=False)
+    return parts
+
+
+def _beside_hole(camera: Viewer, edge_phase: HostReals) -> _Edge:
+    """`_from_edge`, computed."""
     edge = -edge_photons(camera, edge_phase)
     radial = -edge[..., :1]
     across = np.hypot(edge[..., 1:2], edge[..., 2:])
     # The centre of the hole lies at (-1, 0, 0).
     away = np.concatenate([across, radial * edge[..., 1:] / across], axis=-1)
-    return edge, away, np.pi - np.arctan2(across[..., 0], radial[..., 0])
+    return edge, away, np.asarray(np.pi - np.arctan2(across[..., 0], radial[..., 0]))
 
 
 @dataclass(frozen=True)

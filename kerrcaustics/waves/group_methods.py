@@ -118,7 +118,7 @@ class ImageGroup:
         self, curve: NearestCurve, omega: Float[Array, " frequencies"], share: Float[Array, " frequencies"]
     ) -> Field:
         """The field by an integral along the nearest curve; images in its gap in pairs."""
-        value, most = curve.field(omega), np.sqrt(omega) * curve.brightest
+        (value, lost), most = curve.field_and_loss(omega), np.sqrt(omega) * curve.brightest
         # What the images would be without their phases, but on a caustic no more than there can be.
         size = np.maximum(np.abs(value), np.minimum(most, self._apart))
         error = share * curve.far_off * size + curve.error_of_phase(omega)
@@ -128,7 +128,7 @@ class ImageGroup:
             return value, error
         hidden = self.ring[~curve.holds(self.ring.time)]
         more, unsure = field_in_pairs(hidden, np.zeros(len(hidden), bool), omega, share)
-        error = error + unsure + curve.lost_in_gap(omega)
+        error = error + unsure + lost
         return value + more, error + error_beyond_gap(self.calm, curve, self.caustic, self.star, omega)
 
     def _as_ring(self, omega: Float[Array, " frequencies"], share: Float[Array, " frequencies"]) -> Field:

@@ -213,15 +213,16 @@ class _LineFamily:
     surface: CelestialSphere | Sphere
     edge_phase: Float[Array, " lines"]
 
-    def sky(self, depth: Float[Array, " lines"], turn: float = 0.0) -> Float[Array, "lines 3"]:
+    def sky(self, depth: Float[Array, "*sets lines"], turn: float = 0.0) -> Float[Array, "*sets lines 3"]:
         domain = domain_of(self.surface, self.camera)
         assert not isinstance(domain, Ring)
         line_of_sight, _ = domain.line_of_sight(self.edge_phase + turn, depth)
         return sky_from_line_of_sight(self.camera.frame(), line_of_sight)
 
     def at(self, depth: Float[Array, " lines"]) -> _Here:
-        sky, step = self.sky(depth), _DIFFERENCE
-        deeper = (self.sky(depth + step) - self.sky(depth - step)) / (2 * step)
+        step = _DIFFERENCE
+        sky, inner, outer = self.sky(np.stack([depth, depth + step, depth - step]))
+        deeper = (inner - outer) / (2 * step)
         beams = beams_of_directions(
             self.camera,
             sky,

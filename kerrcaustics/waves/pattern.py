@@ -285,7 +285,7 @@ def _gap_error(
     order = curves[0].order
     ring, caustic = waves.ring(order), sheets.curves.curves[order - 1].points
     return max(
-        float((curve.lost_in_gap(omega) + error_beyond_gap(ring, curve, caustic, source.star, omega))[0])
+        float((curve.field_and_loss(omega)[1] + error_beyond_gap(ring, curve, caustic, source.star, omega))[0])
         for source, curve in zip(sources, curves, strict=True)
     )
 

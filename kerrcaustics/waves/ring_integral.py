@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.shapes import Bool, Complex, Float
 from kerrcaustics.waves.gaps import Gap
 
@@ -16,8 +17,8 @@ _NEXT_PHASE = 1 / 24
 # Nodes of the sum: per radian of phase that passes in a turn, and at least; by how much frequencies that share nodes
 # may differ.
 _PER_RADIAN, _LEAST_NODES, _ALIKE = 1.2, 40, 1.25
-# Most entries that are held at once, and most nodes of one sum: at higher frequencies there is none.
-_MOST_ENTRIES, _MOST_NODES = 4_000_000, 1 << 17
+# Most nodes of one sum: at higher frequencies there is none.
+_MOST_NODES = 1 << 17
 # Images are on the curve if its phase is their time where it is stationary, so exactly, by so many times more lines;
 # the rate of a phase that is stationary without a turn.
 _FINELY, _SAME_TIME, _STILL = 8, 1e-3, 0.02
@@ -77,7 +78,15 @@ class NearestCurve:
 
     def field(self, omega: Float[Array, " frequencies"]) -> Complex[Array, " frequencies"]:
         """The sum at frequencies that are not 0; NaN where there is none."""
-        return self._sum(omega, self.amplitude)
+        return self.field_and_loss(omega)[0]
+
+    def field_and_loss(
+        self, omega: Float[Array, " frequencies"]
+    ) -> tuple[Complex[Array, " frequencies"], Float[Array, " frequencies"]]:
+        """The same, and its error by fading out beside the gap: the difference between two lengths of the fade."""
+        short = self.amplitude if self.short_fade is None else self.short_fade
+        value, lost = self._sums(omega, np.stack([self.amplitude, self.amplitude - short]))
+        return value, np.abs(lost)
 
     def error_of_phase(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
         """The error of the sum by that of the phase, and by what its Fourier series lacks.
@@ -88,28 +97,25 @@ class NearestCurve:
         off = np.minimum(np.abs(omega) * (self.phase_error + lacking), _OPPOSITE)
         return off * np.sqrt(np.abs(omega)) * self.brightest
 
-    def lost_in_gap(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
-        """The error of fading out beside the gap: the difference between two lengths of the fade."""
-        if self.short_fade is None:
-            return np.zeros(len(omega))
-        return np.abs(self._sum(omega, self.amplitude - self.short_fade))
-
-    def _sum(
-        self, omega: Float[Array, " frequencies"], amplitude: Float[Array, " lines"]
-    ) -> Complex[Array, " frequencies"]:
-        value, ascending = np.full(len(omega), np.nan, complex), np.argsort(np.abs(omega))
+    def _sums(
+        self, omega: Float[Array, " frequencies"], amplitudes: Float[Array, "2 lines"]
+    ) -> Complex[Array, "2 frequencies"]:
+        value, ascending = np.full((2, len(omega)), np.nan, complex), np.argsort(np.abs(omega))
         first, known = 0, int((~self.is_slow(omega)).sum())
+        # Far from 0 a phase would lose digits in whole turns.
+        middle = float(self.phase.mean())
         while first < known:
             # The lower a frequency, the fewer nodes it needs.
             most = _ALIKE * abs(omega[ascending[first]])
             last = int(np.searchsorted(np.abs(omega[ascending[:known]]), most, side="right"))
             count = max(len(self.phase), self.nodes(float(omega[ascending[last - 1]])))
-            last = min(last, first + max(1, _MOST_ENTRIES // count))
             here = ascending[first:last]
-            phase, bright = resampled(self.phase, count), resampled(amplitude, count)
-            value[here] = np.exp(1j * omega[here, None] * phase) @ bright / count
+            nodes = np.stack([resampled(part, count) for part in (self.phase - middle, *amplitudes)], axis=1)
+            parts = kernel("phase_sums").on_rays((count,), [omega[here]], tables=[nodes])
+            value[:, here] = [one + 1j * other for one, other in (parts[:2], parts[2:])]
+            value[:, here] /= count
             first = last
-        return self.turned(omega) * value * (2 * math.pi)
+        return self.turned(omega) * value * np.exp(1j * omega * middle) * (2 * math.pi)
 
     def holds(self, time: Float[Array, " images"]) -> Bool[Array, " images"]:
         """True for images, by their times, that are stationary places of the sum; others of the ring lie elsewhere."""

@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.shapes import Complex, Float
 
 Array = np.ndarray
@@ -109,7 +110,8 @@ def pearcey(x: Float[Array, " n"], y: Float[Array, " n"]) -> Complex[Array, "n 3
     """Integrals over t of 1, t and t^2 times exp(i (t^4 + x t^2 + y t)); NaN where round-off would spoil them."""
     s = np.linspace(-_LAST, _LAST, _NODES)
     t = s * np.exp(0.125j * math.pi)
-    exponent = 1j * (t**4 + x[:, None] * t**2 + y[:, None] * t)
-    lost = ~(exponent.real.max(axis=1) <= math.log(_LOST / np.finfo(float).eps))
-    value = np.exp(np.where(lost[:, None], np.nan, exponent)) @ (t[:, None] ** np.arange(3))
+    powers = np.stack([part for power in (t, t**2, t**4) for part in (power.real, power.imag)], axis=1)
+    largest, *parts = kernel("moments").on_rays((len(t),), [x, y], tables=[powers])
+    value = np.stack([one + 1j * other for one, other in zip(parts[::2], parts[1::2], strict=True)], axis=1)
+    value[~(largest <= math.log(_LOST / np.finfo(float).eps))] = np.nan
     return value * (t[1] - t[0])
