@@ -6,6 +6,7 @@ import math
 import jaxtyping
 import numpy as np
 import pytest
+from offenders import for_each
 from public import PUBLIC
 
 import kerrcaustics as kc
@@ -191,13 +192,13 @@ MISFITS = [
 ]
 
 
-@pytest.mark.parametrize(("name", "call"), MISFITS, ids=[f"{name}-{i}" for i, (name, _) in enumerate(MISFITS)])
+@for_each("name", "call", rows=MISFITS)
 def test_arguments_of_functional_that_do_not_fit_are_named(name, call):
     with pytest.raises(ValueError, match=rf"^Argument `{name}` must "):
         call()
 
 
-@pytest.mark.parametrize(("call", "words"), BAD, ids=[words[:60] for _, words in BAD])
+@for_each("call", "words", rows=BAD)
 def test_bad_arguments_are_named(call, words):
     with pytest.raises(ValueError, match=r"^Argument `\w+` must ") as caught:
         call()

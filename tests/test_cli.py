@@ -8,6 +8,7 @@ import sys
 
 import pytest
 from command_line import run
+from offenders import for_each
 
 import kerrcaustics as kc
 from kerrcaustics.cli import terminal
@@ -165,7 +166,7 @@ BAD += [
 ]
 
 
-@pytest.mark.parametrize(("arguments", "complaint"), BAD, ids=lambda value: " ".join(value)[:70])
+@for_each("arguments", "complaint", rows=BAD)
 def test_bad_input_gets_one_line_and_exit_status_2(arguments, complaint, assert_refused):
     assert_refused(arguments, complaint)
 

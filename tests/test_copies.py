@@ -8,6 +8,7 @@ import pickle
 import numpy as np
 import pytest
 from made_results import KINDS, example
+from offenders import for_each
 from public import PUBLIC
 
 import kerrcaustics as kc
@@ -87,7 +88,7 @@ def test_every_public_class_has_an_object_here():
     assert classes == set(MADE)
 
 
-@pytest.mark.parametrize("name", MADE)
+@for_each(name=MADE)
 def test_public_objects_can_be_pickled_and_copied(name, tmp_path):
     objects = MADE[name]
     if name == "SceneFile":
@@ -102,8 +103,7 @@ def test_public_objects_can_be_pickled_and_copied(name, tmp_path):
         assert all(same(one, again) for again in copies(one))
 
 
-@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
-@pytest.mark.parametrize("absent", [False, True])
+@for_each(kind=KINDS, absent=[False, True])
 def test_results_can_be_pickled_and_copied(kind, absent):
     made = example(kind, 2, absent)
     assert all(type(again) is kind and again == made for again in copies(made))

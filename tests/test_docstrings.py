@@ -5,6 +5,7 @@ import inspect
 import re
 
 import pytest
+from offenders import for_each
 from public import PUBLIC
 
 import kerrcaustics as kc
@@ -25,7 +26,7 @@ def sections(name):
     return re.findall(r"^(\w+)\n-{3,}$", inspect.getdoc(PUBLIC[name]), re.MULTILINE)
 
 
-@pytest.mark.parametrize("name", FUNCTIONS + CLASSES)
+@for_each(name=FUNCTIONS + CLASSES)
 def test_sections(name):
     found = sections(name)
     assert "Examples" in found

@@ -5,6 +5,7 @@ import inspect
 
 import pytest
 from command_line import run
+from offenders import for_each
 
 from kerrcaustics.scripts import FIGURES, ScriptFolder, figures_folder, scripts_home
 
@@ -29,7 +30,7 @@ def made_up(tmp_path, scripts_at):
     return folder
 
 
-@pytest.mark.parametrize("name", FIGURES.names())
+@for_each(name=FIGURES.names())
 def test_script_has_the_form_of_a_figure(name):
     tree = ast.parse((FIGURES.folder / f"{name}.py").read_text(encoding="utf-8"))
     title, underline, blank, text = inspect.cleandoc(ast.get_docstring(tree) or "\n\n\n").splitlines()[:4]

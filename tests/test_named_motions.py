@@ -6,6 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 from mpmath import mpf
+from offenders import for_each
 
 import kerrcaustics as kc
 from kerrcaustics.beams import differentiable
@@ -62,8 +63,7 @@ def test_circular_cameras(spin):
             assert off(camera.clock_rate, 1 / mpmath.sqrt(slowness)) < 1e-15
 
 
-@pytest.mark.parametrize("spin", SPINS)
-@pytest.mark.parametrize("inclination", [math.pi / 2, 1.0, 1e-3])
+@for_each(spin=SPINS, inclination=[math.pi / 2, 1.0, 1e-3])
 def test_static_cameras(spin, inclination):
     limit = kerr.ergosphere(spin, 0.0 if inclination == math.pi / 2 else math.cos(inclination))
     with mpmath.workdps(60):
@@ -107,8 +107,7 @@ def exact_emitter(name: str, spin: float, radius: float) -> mpf:
     return (at.lapse**2 / (energy - at.shift * momentum)) ** 2
 
 
-@pytest.mark.parametrize("name", EMITTERS)
-@pytest.mark.parametrize("spin", SPINS)
+@for_each(name=EMITTERS, spin=SPINS)
 def test_clocks_of_emitters(name, spin):
     """As exact as radii in double precision are: where clocks nearly stop they depend on them the more."""
     low = {"static": 2.0, "circular": kerr.photon_orbits(spin)[0], "retrograde": kerr.photon_orbits(spin)[1]}

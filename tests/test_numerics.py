@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from offenders import for_each
 from scipy.interpolate import CubicSpline
 from scipy.optimize import elementwise, linear_sum_assignment
 from scipy.sparse import coo_matrix
@@ -20,9 +21,7 @@ def random():
     return np.random.default_rng(5)
 
 
-@pytest.mark.parametrize("ends", ["not-a-knot", "periodic"])
-@pytest.mark.parametrize("axes", [(), (3,), (2, 2)])
-@pytest.mark.parametrize("count", [2, 3, 4, 5, 17, 2000])
+@for_each(ends=["not-a-knot", "periodic"], axes=[(), (3,), (2, 2)], count=[2, 3, 4, 5, 17, 2000])
 def test_splines_are_those_of_scipy(count, axes, ends, random):
     # Steps that differ by factors up to ten thousand.
     nodes = np.cumsum(1e-3 + 10 * random.random(count) ** 4)

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from command_line import run
 from exploring import needs_chromium
+from offenders import for_each
 from pages_in_browser import WIDTHS, pages, search_results, too_wide
 
 from kerrcaustics.cli import with_all_commands
@@ -63,7 +64,7 @@ def anchors(page):
     return {re.sub(r"[^\w\- ]", "", head).strip().lower().replace(" ", "-") for head in heads}
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@for_each(page=PAGES)
 def test_links_lead_somewhere(page):
     for link in links(page):
         target, _, anchor = link.partition("#")
@@ -108,7 +109,7 @@ def test_films_and_models_of_pages_are_there_and_small():
     assert text.count("```{figure}") == len(re.findall(r"```\{figure\}[^\n]*\n:alt: \w", text)) > 0
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=lambda page: page.name)
+@for_each(page=[page for page in PAGES if commands(page)])
 def test_commands_are_understood(page, monkeypatch):
     for line in commands(page):
         words = shlex.split(line)[1:]

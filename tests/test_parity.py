@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import parity
 import pytest
+from offenders import for_each
 from parity import CALLS, GAPS, REFUSED, Cell
 
 import kerrcaustics as kc
@@ -47,7 +48,7 @@ def test_every_analysis_has_a_row():
     assert reported == {*CALLS} - {"line_profile", *parity.PICTURES}
 
 
-@pytest.mark.parametrize("analysis", CALLS)
+@for_each(analysis=CALLS)
 def test_signature_has_the_surfaces_of_the_table(analysis):
     reported = {parity.gaps_of(cell) for cell in CELLS if cell.analysis == analysis and cell.surface in parity.FINITE}
     lacks = any("no `end`" in gaps for gaps in reported)
@@ -58,7 +59,7 @@ def test_signature_has_the_surfaces_of_the_table(analysis):
         assert parity.takes_end(analysis) != lacks
 
 
-@pytest.mark.parametrize("analysis", CALLS)
+@for_each(analysis=CALLS)
 def test_result_is_of_one_class_whose_fields_are_there(analysis):
     """But for the other classes, and for the fields that may be None, which stand in GAPS."""
     kind = parity.class_of(analysis)
@@ -70,7 +71,7 @@ def test_result_is_of_one_class_whose_fields_are_there(analysis):
     assert parity.optional_fields(kind) - asked == none - asked
 
 
-@pytest.mark.parametrize("entry", [*REFUSED, *GAPS], ids=lambda entry: "-".join((entry.analyses[0], *entry[-1:])))
+@for_each(entry=[*REFUSED, *GAPS])
 def test_entries_of_the_tables_are_alive(entry):
     """Every analysis, surface and viewer that an entry names has a cell which no other table, or entry, decides."""
     if isinstance(entry, parity.Refusal):
@@ -82,7 +83,7 @@ def test_entries_of_the_tables_are_alive(entry):
         assert {cell[column] for cell in own} == set(names)
 
 
-@pytest.mark.parametrize("cell", REFUSALS, ids=str)
+@for_each(cell=REFUSALS)
 def test_refusals_name_the_argument(cell):
     """A surface that no argument can ask for is refused by the signature."""
     entry = parity.refusal_of(cell)

@@ -9,6 +9,7 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from offenders import for_each
 from public import PUBLIC
 from public_calls import CALLS, is_numeric
 
@@ -48,9 +49,7 @@ def impaired(numbers):
     return [plain * u.deg, masked, *(plain.astype(kind) for kind in ("M8[s]", "m8[ns]", complex, str))]
 
 
-@pytest.mark.parametrize(
-    ("function", "arguments"), CALLS + OTHERS, ids=[f"{f.__name__}-{i}" for i, (f, _) in enumerate(CALLS + OTHERS)]
-)
+@for_each("function", "arguments", rows=CALLS + OTHERS)
 def test_arrays_that_lose_their_meaning_are_refused_by_name(function, arguments):
     for name in [name for name, value in arguments.items() if is_numeric(value)]:
         for value in impaired(arguments[name]):

@@ -7,6 +7,7 @@ from inspect import signature
 from pathlib import Path
 
 import pytest
+from offenders import for_each
 from public import PUBLIC, SPACES
 
 import kerrcaustics as kc
@@ -19,7 +20,7 @@ DESCRIBED = re.findall(r"auto(?:class|function):: ([\w.]+)", REFERENCE)
 NAMES = [(space, name) for space in SPACES for name in space.__all__]
 
 
-@pytest.mark.parametrize(("space", "name"), NAMES, ids=[name for _, name in NAMES])
+@for_each("space", "name", rows=NAMES)
 def test_name_is_loaded_and_described(space, name):
     assert getattr(space, name).__name__.rpartition(".")[2] == name
     described = name if space is kc else f"{space.__name__}.{name}"
@@ -33,7 +34,7 @@ def test_few_names_stand_at_the_top():
     assert len(kc.__all__) <= 52
 
 
-@pytest.mark.parametrize("name", sorted(set(DESCRIBED) - set(PUBLIC)))
+@for_each(name=sorted(set(DESCRIBED) - set(PUBLIC)))
 def test_reference_gives_other_names_their_module(name):
     module, _, last = name.rpartition(".")
     assert hasattr(import_module(module), last)

@@ -6,6 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 from beam_equations import Event, photon
+from offenders import for_each
 
 import kerrcaustics as kc
 
@@ -160,8 +161,7 @@ def test_errors_of_the_slant_cover_the_other_engine():
         assert np.all(gap <= (one.emission_error + other.emission_error)[both])
 
 
-@pytest.mark.parametrize("spin", HOLES)
-@pytest.mark.parametrize("sense", [1, -1])
+@for_each(spin=HOLES, sense=[1, -1])
 def test_isco_is_the_root_of_its_equation(spin, sense):
     """r^2 - 6 r + 8 a sqrt(r) - 3 a^2 = 0, for a retrograde orbit with -a; by Newton's method with 60 digits."""
     found = kc.isco(spin, prograde=sense > 0)

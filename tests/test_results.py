@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from made_results import CAMERA, GIVEN, KINDS, example
 from marks import few
+from offenders import for_each
 
 import kerrcaustics as kc
 from kerrcaustics.beams.paths import SpacePoints
@@ -28,14 +29,9 @@ from kerrcaustics.tracks.tracks import StarTracks
 NOT_OURS = "Argument `path` must name a file that `kerrcaustics.save` wrote, but "
 
 
-@pytest.fixture(params=KINDS, ids=lambda kind: kind.__name__)
-def kind(request):
-    return request.param
-
-
-@pytest.mark.parametrize(("count", "absent"), [(0, False), (1, True), (3, False)])
-def test_a_file_loads_back_equal(kind, count, absent, tmp_path):
-    made = example(kind, count, absent)
+@for_each(kind=KINDS, how=[(0, False), (1, True), (3, False)])
+def test_a_file_loads_back_equal(kind, how, tmp_path):
+    made = example(kind, *how)
     kc.save(tmp_path / "a file", made)
     loaded = kc.load(tmp_path / "a file")
     assert type(loaded) is kind and loaded == made
@@ -49,6 +45,7 @@ def test_several_results_lie_in_one_file(tmp_path):
     assert kc.load(tmp_path / "all") == many
 
 
+@for_each(kind=KINDS)
 def test_equality_sees_every_field(kind):
     made = example(kind, 2)
     for name, about in stored(kind).items():
@@ -63,7 +60,7 @@ def test_equality_sees_every_field(kind):
     assert made != 1
 
 
-@pytest.mark.parametrize("count", [0, 1, 3])
+@for_each(kind=KINDS, count=[0, 1, 3])
 def test_a_record_is_json_whose_names_say_the_unit(kind, count):
     made = example(kind, count)
     entry = json.loads(json.dumps(kc.record(made, points=True), allow_nan=False))
@@ -103,6 +100,7 @@ def test_units_and_names_belong_to_viewer_and_surface():
 
 
 @pytest.mark.parametrize("count", few((0, 1, 3), (3,)))
+@for_each(kind=KINDS)
 def test_a_dataset_holds_every_number(kind, count, tmp_path):
     made = example(kind, count)
     data = kc.to_xarray(made)
@@ -151,6 +149,7 @@ def test_rays_of_any_shape(shape, tmp_path):
     np.testing.assert_array_equal(data.magnification, made.magnification)
 
 
+@for_each(kind=KINDS)
 def test_docstrings_say_every_field(kind):
     text = " ".join(kind.__doc__.split())
     for name, about in stored(kind).items():

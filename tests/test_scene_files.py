@@ -15,6 +15,7 @@ from command_line import run
 from marks import few
 from matplotlib.figure import Figure
 from matplotlib.path import Path as Outline
+from offenders import for_each
 from PIL import Image
 from scipy.integrate import solve_ivp
 
@@ -255,7 +256,7 @@ OUTSIDE = [
 ]
 
 
-@pytest.mark.parametrize("text", OUTSIDE)
+@for_each(text=OUTSIDE)
 def test_all_else_that_python_can_say_is_refused(text):
     with pytest.raises(ValueError, match=r"^x must be ") as caught:
         formula("x", text)
@@ -650,8 +651,9 @@ BAD = [
 ]
 
 
-@pytest.mark.parametrize(("change", "words"), BAD)
-def test_what_cannot_be_is_reported_with_file_and_key(change, words, tmp_path, assert_refused):
+@for_each("change", "words", rows=BAD)
+def test_what_cannot_be_is_reported_with_file_and_key(change, words, tmp_path, monkeypatch, assert_refused):
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "scene.toml").write_text(PLAIN + DISK)
     (tmp_path / "no.png").write_text("no picture")
     Image.new("RGB", (8, 4)).save(tmp_path / "sky.png")
@@ -953,9 +955,7 @@ def test_numbers_in_captions_have_four_digits(value, reported):
     assert overlays.filled_caption("{radius}", moment) == reported
 
 
-@pytest.mark.parametrize("radius", [60, 250, 700])
-@pytest.mark.parametrize("direction", range(-180, 180, 45))
-@pytest.mark.parametrize("within", [False, True])
+@for_each(radius=[60, 250, 700], direction=range(-180, 180, 45), within=[False, True])
 def test_names_beside_curves_lie_in_the_picture(radius, direction, within):
     overlays = importlib.import_module("kerrcaustics.scene_files.overlays")
     view = SimpleNamespace(width=960, height=540, pixels=np.asarray)

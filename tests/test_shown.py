@@ -11,6 +11,7 @@ import pytest
 from made_results import KINDS, example
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from offenders import for_each
 
 import kerrcaustics as kc
 from kerrcaustics.curves.caustic import CausticSet
@@ -32,17 +33,12 @@ SKIES = [
 ]
 
 
-@pytest.fixture(params=KINDS, ids=lambda kind: kind.__name__)
-def kind(request):
-    return request.param
-
-
 @pytest.fixture
 def ax():
     return Figure().add_subplot()
 
 
-@pytest.mark.parametrize("count", [0, 1, 3, 40])
+@for_each(kind=KINDS, count=[0, 1, 3, 40])
 def test_the_line_is_short(kind, count):
     line = repr(example(kind, count))
     assert len(line) < 1000 and "\n" not in line and "array(" not in line
@@ -66,6 +62,7 @@ def known(value):
 
 
 @pytest.mark.parametrize("count", [0, pytest.param(5, marks=pytest.mark.slow)])
+@for_each(kind=KINDS)
 def test_the_page_holds_every_quantity_and_its_error(kind, count):
     made = known(example(kind, count))
     text = made._repr_html_()
@@ -91,7 +88,9 @@ def test_words_in_a_page_are_no_markup():
     assert "<b>&" in "".join(ElementTree.fromstring(caustic._repr_html_()).itertext())
 
 
-def test_a_plot_returns_its_axes(kind, ax):
+@for_each(kind=KINDS)
+def test_a_plot_returns_its_axes(kind):
+    ax = Figure().add_subplot()
     made = known(example(kind, 5))
     if kind.__name__ in NO_PLOT:
         with pytest.raises(ValueError, match=f"to be drawn, but is {kind.__name__}"):

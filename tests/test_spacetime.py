@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
+from offenders import for_each
 
 from kerrcaustics.lens_map.search_sky import as_seen
 from kerrcaustics.spacetime import frame as frames, kerr
@@ -188,7 +189,7 @@ def test_aberration_crowds_the_sky_ahead():
     assert np.allclose(sky, [0.8, 0.6, 0.0], atol=1e-15)
 
 
-@pytest.mark.parametrize("ray", RAYS, ids=lambda ray: f"{ray['tag']}-{ray['a']}-{ray['r_c']:g}")
+@for_each(ray=RAYS)
 def test_redshift_of_reference_rays(ray):
     camera = Camera(ray["a"], ray["r_c"], math.radians(ray["theta_c_deg"]), (0.0, 0.0, ray["beta"]))
     ratio = float(frames.redshift(camera.frame(), np.array(ray["N"])))
@@ -225,9 +226,10 @@ def camera_margin(spin: float, radius: float) -> float:
 # What is refused, and what is said.
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
+@for_each(
+    "arguments",
+    "message",
+    rows=[
         ({"spin": 1.0}, "Argument `spin` must lie in [0, 1), but is 1."),
         ({"spin": -0.1}, "Argument `spin` must lie in [0, 1), but is -0.1: the mirror image, spin 0.1"),
         ({"spin": math.nan}, "Argument `spin` must be a finite number, but is nan."),
@@ -259,7 +261,6 @@ def camera_margin(spin: float, radius: float) -> float:
             "Argument `velocity` must not be static at or inside the ergosphere",
         ),
     ],
-    ids=str,
 )
 def test_bad_camera_is_refused(arguments, message):
     good = {"spin": 0.9, "radius": 5.0, "inclination": math.pi / 2, "velocity": "fiducial"}

@@ -9,6 +9,7 @@ import pytest
 import zarr
 from command_line import run
 from marks import few
+from offenders import for_each
 from sweeping import PLAIN, files, made_up, opened, written
 
 import kerrcaustics as kc
@@ -108,7 +109,7 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("text", BAD)
+@for_each(text=BAD)
 def test_bad_scene_is_one_line_that_names_the_place(text, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     path = written(tmp_path, text)

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import run
+from offenders import for_each
 from rich.console import Console
 
 from kerrcaustics.cli import doctor, film, terminal, with_all_commands
@@ -80,7 +81,7 @@ app = with_all_commands()
 COMMANDS = {name: app[name] for name in app if not name.startswith("-")} | {"study report": app["study"]["report"]}
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@for_each(name=COMMANDS)
 def test_every_command_writes_its_numbers_as_json(name):
     assert "--json" in [option for part in COMMANDS[name].assemble_argument_collection() for option in part.names]
 
@@ -121,7 +122,7 @@ def test_the_record_of_a_study_goes_where_it_is_wanted(capsys, tmp_path, monkeyp
     assert (status, json.loads(out)) == (0, {"seconds": 3}) and "a table" in err
 
 
-@pytest.mark.parametrize("command", COMMANDS.values(), ids=COMMANDS)
+@for_each(command=COMMANDS.values())
 def test_help_ends_with_lines_to_try_and_the_exit_status(command):
     assert "Exit status: 0 done;" in command.help_epilogue
     tried = re.findall(r"^\$ kerrcaustics (.*?)( >.*)?\s*$", command.help_epilogue, re.M)

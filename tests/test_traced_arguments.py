@@ -6,6 +6,7 @@ import jax
 import numpy as np
 import pytest
 from marks import few
+from offenders import for_each
 from public import PUBLIC
 from public_calls import CALLS, is_numeric
 
@@ -29,8 +30,8 @@ def _transformed(how, function, value):
     }[how]()
 
 
-@pytest.mark.parametrize(("function", "arguments"), CALLS, ids=[f"{f.__name__}-{i}" for i, (f, _) in enumerate(CALLS)])
 @pytest.mark.parametrize("how", few(("grad", "jvp", "jit", "vmap"), ("grad",)))
+@for_each("function", "arguments", rows=CALLS)
 def test_traced_numbers_are_refused_by_name(function, arguments, how):
     for name in [name for name, value in arguments.items() if is_numeric(value)]:
         words = rf"^Argument `{name}` must hold numbers, but is traced by JAX .+ caustic_derivatives and image_der"

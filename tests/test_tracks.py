@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from offenders import for_each
 
 import kerrcaustics as kc
 from kerrcaustics.images.sheets import sheets_of
@@ -229,10 +230,10 @@ def test_star_followed_by_a_falling_camera():
         assert np.all(step < 0.02) and np.all(np.abs(images.azimuth - followed.images[i - 1].azimuth[before]) < 0.1)
 
 
-@pytest.mark.parametrize("function", [kc.star_tracks, kc.pair_events])
-@pytest.mark.parametrize(
-    ("change", "name"),
-    [
+@for_each(
+    "change",
+    "name",
+    rows=[
         ({"level": -0.1}, "level"),
         ({"level": 3.2}, "level"),
         ({"level": math.nan}, "level"),
@@ -246,6 +247,7 @@ def test_star_followed_by_a_falling_camera():
         ({"camera": kc.Camera(0.9, 8.0, 0.0)}, "camera"),
         ({"camera": "Gargantua"}, "camera"),
     ],
+    function=[kc.star_tracks, kc.pair_events],
 )
 def test_bad_input_is_named(function, change, name):
     request = {"camera": kc.Camera(0.999, 6.03), "level": 1.2, "max_index": 2, **change}
