@@ -12,6 +12,7 @@ import jax.numpy as jnp
 
 from kerrcaustics.beams.kernels.programs import FRAME, Number, Program
 from kerrcaustics.spacetime.frame import Frame, doppler
+from kerrcaustics.spacetime.sphere import polar_basis, tangent_parts
 
 _Local = tuple[Any, Any, Any]
 
@@ -99,6 +100,13 @@ def aberrated(frame: Frame, line_of_sight: Any, steps: Any) -> tuple[Any, Any]:
     return n / jnp.sqrt((n * n).sum()), steps
 
 
+def carried(matrix: Any, end: Any, sky: Any, steps: Any) -> Any:
+    """Steps (3, 2) of n' that a beam makes of those of the viewer's sky; matrix: its Jacobian, by rows; end: n'."""
+    n, e_1, e_2 = (jnp.stack(part) for part in (end, *tangent_parts(*sky, jnp)))
+    columns = jnp.stack(matrix).reshape(2, 2) @ (jnp.stack([e_1, e_2]) @ jnp.stack(steps).reshape(3, 2))
+    return jnp.stack(polar_basis(n, jnp), axis=-1) @ columns
+
+
 def programs() -> dict[str, Program]:
     """The kernels by their names."""
     one: Any = Number.OF_CALL
@@ -109,6 +117,7 @@ def programs() -> dict[str, Program]:
         for projection in (pinhole, fisheye, equirectangular)
     }
     made["beside_edge"] = Program(beside_edge, (FRAME, edge, each, each, each, each))
+    made["carried_steps"] = Program(carried, ((each,) * 4, (each,) * 3, (each,) * 3, (each,) * 6))
     made["aberrated"] = Program(
         lambda frame, line, *steps: aberrated(frame, line, jnp.stack(steps).reshape(3, 2)),
         (FRAME, (each,) * 3, *(each,) * 6),
