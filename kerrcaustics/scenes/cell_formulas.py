@@ -20,8 +20,9 @@ _SLACK = 1.3
 # at least so many parts; none has more than this because it is long.
 _BENT, _PARTS_OF_BENT, _PARTS_OF_FOLDED, _LONGEST = 3.0, 16.0, 64.0, 16.0
 # A search ends with a step that is shorter than this (cells), with those that lead so far from the middle that it will
-# not come back, and with so many; none is longer than the last of these.
-_LAST, _LOST, _STEPS, _LONGEST_STEP = 1e-4, 1.0, 20, 0.5
+# not come back, and with so many; none is longer than the next of these. It has found an image if its last one was
+# shorter than the last.
+_LAST, _LOST, _STEPS, _LONGEST_STEP, _SOLVED = 1e-4, 1.0, 20, 0.5, 1e-3
 
 
 class CellTables(NamedTuple):
@@ -113,10 +114,10 @@ def is_near(parts: Any, stars: Any, part: Any, star: Any) -> Any:
     return (_size(n - bound[:3]) <= bound[3]) & (jnp.abs((n * bound[4:7]).sum()) <= bound[7])
 
 
-def image(cells: CellTables, parts: Any, stars: Any, part: Any, star: Any) -> tuple[Any, Any, Any]:
-    """The place (2,) in a cell at which the search for a star from the middle of a part ends, and the map there.
+def image(over: Any, cells: CellTables, parts: Any, stars: Any, part: Any, star: Any) -> tuple[Any, Any, Any]:
+    """True if the search for a star from the middle of a part ends at an image in the cell, or so far `over` its sides.
 
-    Besides steps of n' (2, 3) along the cell's sides, and the length of the last step. stars: a table of n', and of
+    Besides its place (2,) in the cell, and steps (2, 3) of n' along the cell's sides. stars: a table of n', and of
     moments of the exposure, from -1/2 to 1/2.
     """
     cell, x, y = table_row(parts, jnp.floor(part))[:3]
@@ -134,12 +135,15 @@ def image(cells: CellTables, parts: Any, stars: Any, part: Any, star: Any) -> tu
         part = jnp.minimum(1.0, _LONGEST_STEP / jnp.maximum(length, 1e-300))
         return CellSteps(now.number + 1, now.x + part * x, now.y + part * y, length)
 
+    def away(now: CellSteps) -> Any:
+        return jnp.maximum(jnp.abs(now.x - 0.5), jnp.abs(now.y - 0.5))
+
     def goes_on(now: CellSteps) -> Any:
-        away = jnp.maximum(jnp.abs(now.x - 0.5), jnp.abs(now.y - 0.5))
-        return (now.number < _STEPS) & (now.length > _LAST) & (away < _LOST)
+        return (now.number < _STEPS) & (now.length > _LAST) & (away(now) < _LOST)
 
     last = jax.lax.while_loop(goes_on, turn, CellSteps(0 * x, x, y, 0 * x + jnp.inf))
-    return jnp.stack([last.x, last.y]), last.length, jnp.stack(_slopes(miss, last.x, last.y)) @ across
+    found = (away(last) <= 0.5 + over) & (last.length < _SOLVED)
+    return found, jnp.stack([last.x, last.y]), jnp.stack(_slopes(miss, last.x, last.y)) @ across
 
 
 def programs() -> dict[str, Program]:
@@ -150,5 +154,5 @@ def programs() -> dict[str, Program]:
         "cell_division": Program(division, (Table(36), each)),
         "part_bounds": Program(bounds, (cells, each, each, each, each, each)),
         "star_near": Program(is_near, (parts, stars, each, each)),
-        "star_image": Program(image, (cells, parts, stars, each, each)),
+        "star_image": Program(image, (Number.OF_CALL, cells, parts, stars, each, each)),
     }

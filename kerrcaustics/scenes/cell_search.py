@@ -20,8 +20,6 @@ Array = np.ndarray
 
 # Parts and searches that are worked on together: they fit in a core's cache.
 _TOGETHER = 1 << 14
-# A search has found an image if its last step was shorter than this, in units of the cell.
-_SOLVED = 1e-3
 # No image is brighter than one so far from its critical curve (pixels of the picture).
 NEAREST = 0.05
 # Cells reach so far into their neighbours, in units of their size: no image is lost where they meet.
@@ -71,8 +69,8 @@ class CellSearch:
         near = np.flatnonzero(kernel("star_near").on_rays((), (part, star), tables=(parts, stars)))
         part, star = part[near], star[near]
         tables = *self._maps, parts, stars
-        at, length, steps = kernel("star_image").on_rays((), (part, star), tables=tables)
-        found = np.flatnonzero((np.abs(at - 0.5).max(axis=1) <= 0.5 + self._over) & (length < _SOLVED))
+        is_found, at, steps = kernel("star_image").on_rays([self._over], (part, star), tables=tables)
+        found = np.flatnonzero(is_found)
         return parts[part[found], 0].astype(int), star[found], at[found], steps[found]
 
     def _imaged(

@@ -112,7 +112,7 @@ def distinct(star: Int[Array, " n"], place: Float[Array, "n 2"], steps: Float[Ar
     left = x.min(initial=0.0)
     # One number to sort by, that of the star before the place: it is good to much less than what is the same.
     order = np.argsort(star * (x.max(initial=0.0) - left + 1) + (x - left))
-    star, x, y, steps = star[order], x[order], y[order], steps[order]
+    star, x, y = star[order], x[order], y[order]
     dropped, first, ahead = np.zeros(len(order), bool), np.arange(len(order)), 0
     while len(first):
         ahead, first = ahead + 1, first[: np.searchsorted(first, len(order) - ahead - 1)]
@@ -122,7 +122,8 @@ def distinct(star: Int[Array, " n"], place: Float[Array, "n 2"], steps: Float[Ar
         near = np.abs(y[second] - y[first]) < _SAME
         one, other = first[near], second[near]
         # Of one star on one side of a critical curve.
-        same = np.vecdot(np.cross(*np.moveaxis(steps[one], 1, 0)), np.cross(*np.moveaxis(steps[other], 1, 0))) >= 0
+        normals = (np.cross(*np.moveaxis(steps[order[which]], 1, 0)) for which in (one, other))
+        same = np.vecdot(*normals) >= 0
         dropped[other[same & ~dropped[one]]] = True
     return order[~dropped]
 
