@@ -102,7 +102,7 @@ def aberrated(frame: Frame, line_of_sight: Any, steps: Any) -> tuple[Any, Any]:
 
 def carried(matrix: Any, end: Any, sky: Any, steps: Any) -> Any:
     """Steps (3, 2) of n' that a beam makes of those of the viewer's sky; matrix: its Jacobian, by rows; end: n'."""
-    n, e_1, e_2 = (jnp.stack(part) for part in (end, *tangent_parts(*sky, jnp)))
+    n, e_1, e_2 = (jnp.stack(part) for part in (end, *tangent_parts(sky[0], sky[1], sky[2], jnp)))
     columns = jnp.stack(matrix).reshape(2, 2) @ (jnp.stack([e_1, e_2]) @ jnp.stack(steps).reshape(3, 2))
     return jnp.stack(polar_basis(n, jnp), axis=-1) @ columns
 
