@@ -106,20 +106,26 @@ def steps_to(
     return np.stack([c * p - b * q, a * q - b * p], axis=-1) / det[:, None]
 
 
-def once(images: Imaged) -> Imaged:
-    """Drop duplicates of images, from two starts or from two cells where they meet."""
-    # Images of one star on one side of a critical curve.
-    order = np.lexsort((images.place[:, 1], images.place[:, 0], images.star))
-    images = Imaged(*(part[order] for part in images))
-    normal = np.cross(images.steps[:, 0], images.steps[:, 1])
-    keep = np.ones(len(order), bool)
-    for ahead in range(1, 9):
-        near = (images.star[ahead:] == images.star[:-ahead]) & (
-            np.abs(images.place[ahead:] - images.place[:-ahead]).max(axis=1) < _SAME
-        )
-        same = (normal[ahead:] * normal[:-ahead]).sum(axis=1) >= 0
-        keep[ahead:] &= ~(near & same & keep[:-ahead])
-    return Imaged(*(part[keep] for part in images))
+def distinct(star: Int[Array, " n"], place: Float[Array, "n 2"], steps: Float[Array, "n 2 3"]) -> Int[Array, " m"]:
+    """Numbers (m,) of images without duplicates, from two starts or from two cells where they meet, by their stars."""
+    x, y = place.T
+    left = x.min(initial=0.0)
+    # One number to sort by, that of the star before the place: it is good to much less than what is the same.
+    order = np.argsort(star * (x.max(initial=0.0) - left + 1) + (x - left))
+    star, x, y = star[order], x[order], y[order]
+    dropped, first, ahead = np.zeros(len(order), bool), np.arange(len(order)), 0
+    while len(first):
+        ahead, first = ahead + 1, first[: np.searchsorted(first, len(order) - ahead - 1)]
+        second = first + ahead
+        beside = (star[second] == star[first]) & (x[second] - x[first] < _SAME)
+        first, second = first[beside], second[beside]
+        near = np.abs(y[second] - y[first]) < _SAME
+        one, other = first[near], second[near]
+        # Of one star on one side of a critical curve.
+        normals = (np.cross(*np.moveaxis(steps[order[which]], 1, 0)) for which in (one, other))
+        same = np.vecdot(*normals) >= 0
+        dropped[other[same & ~dropped[one]]] = True
+    return order[~dropped]
 
 
 def moved(images: Any, motion: Float[Array, "m 3"]) -> Float[Array, "m 2"]:

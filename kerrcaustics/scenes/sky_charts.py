@@ -10,10 +10,11 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.lens_map.sky_chart import edge_size
 from kerrcaustics.scenes.view import View
 from kerrcaustics.shapes import Float
-from kerrcaustics.spacetime.frame import Frame, doppler, line_of_sight_from_sky, sky_from_line_of_sight
+from kerrcaustics.spacetime.frame import line_of_sight_from_sky
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -47,17 +48,9 @@ class EdgeChart:
 
     def directions(self, x: ArrayLike, y: ArrayLike) -> tuple[Float[Array, "*batch 3"], Float[Array, "*batch 3 2"]]:
         """Directions N (..., 3) on the camera sky, and their steps (..., 3, 2) per pixel."""
-        x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
-        angle, depth = (x + 0.5) * (2 * math.pi / _ROUND), _CAP + (y + 0.5) / _FINE
-        size, slope, part = self._size(angle), self._size(angle, 1), np.exp(-depth)
-        distance = size + (math.pi - size) * part
-        (c, s), (cos, sin) = ((np.cos(p), np.sin(p)) for p in (distance, angle))
-        line_of_sight = np.stack([-c, s * cos, s * sin], axis=-1)
-        outward = np.stack([s, c * cos, c * sin], axis=-1)
-        around = np.stack([np.zeros_like(s), -s * sin, s * cos], axis=-1)
-        turn = (outward * (slope * (1 - part))[..., None] + around) * (2 * math.pi / _ROUND)
-        fall = outward * (-(math.pi - size) * part / _FINE)[..., None]
-        return _aberrated(self._frame, line_of_sight, np.stack([turn, fall], axis=-1))
+        angle = (np.asarray(x, float) + 0.5) * (2 * math.pi / _ROUND)
+        numbers = self._frame, (_ROUND, _FINE, _CAP)
+        return kernel("beside_edge")(*numbers, x, y, self._size(angle), self._size(angle, 1))
 
     def distance(self, x: Float[Array, " n"], y: Float[Array, " n"]) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
         """Angles (n,) round the hole of places, and their distances (n,) from the shadow edge, both in radians."""
@@ -87,23 +80,10 @@ class CapChart:
 
     def directions(self, x: ArrayLike, y: ArrayLike) -> tuple[Float[Array, "*batch 3"], Float[Array, "*batch 3 2"]]:
         """Directions N and their steps, as for `EdgeChart`."""
-        return _aberrated(self._frame, *self._view.directions(x, y))
+        line_of_sight, steps = self._view.directions(x, y)
+        columns = [*np.moveaxis(line_of_sight, -1, 0)], *np.moveaxis(steps, (-2, -1), (0, 1)).reshape(6, *np.shape(x))
+        return kernel("aberrated")(self._frame, *columns)
 
     def places(self, sky: Float[Array, "n 3"]) -> Float[Array, "n 2"]:
         """Places (n, 2) of directions N."""
         return self._view.pixels(line_of_sight_from_sky(self._frame, sky))
-
-
-def _aberrated(
-    frame: Frame, line_of_sight: Float[Array, "*batch 3"], steps: Float[Array, "*batch 3 2"]
-) -> tuple[Float[Array, "*batch 3"], Float[Array, "*batch 3 2"]]:
-    """Directions N on the camera sky of what lies in directions of the fiducial observer, and the steps there."""
-    basis = np.asarray(frame.basis)
-    along, change = -(line_of_sight @ basis.T), -(basis @ steps)
-    boost, aberration = doppler(frame, (along[..., 0], along[..., 1], along[..., 2]))
-    shrink, boost = -math.sqrt(frame.slowness), boost[..., None]
-    # N is a fraction, whose denominator is the boost.
-    value = np.stack([shrink * along[..., 0], aberration, shrink * along[..., 2]], axis=-1) / boost
-    over = np.stack([shrink * change[..., 0, :], -change[..., 1, :], shrink * change[..., 2, :]], axis=-2)
-    slower = -frame.speed * change[..., 1:2, :]
-    return sky_from_line_of_sight(frame, line_of_sight), (over - value[..., None] * slower) / boost[..., None]

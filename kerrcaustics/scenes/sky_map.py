@@ -17,9 +17,10 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import SKY, Spherical
+from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.beams.trace import beams_of_directions, cores, rays_of_directions
 from kerrcaustics.scenes.coons_patches import doubts, weights
-from kerrcaustics.scenes.footprint import pixel_matrix, turned
+from kerrcaustics.scenes.footprint import turned
 from kerrcaustics.scenes.motion import ExposedMoment, Exposure
 from kerrcaustics.scenes.quadtree import Division, Level, Squares, joined
 from kerrcaustics.scenes.raster import Raster
@@ -27,7 +28,6 @@ from kerrcaustics.scenes.sky_cells import PARTS, WIDE, CellScale, SkyCells, exte
 from kerrcaustics.scenes.sky_charts import CapChart, EdgeChart
 from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.shadow import shadow_edge
-from kerrcaustics.spacetime.sphere import polar_basis
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -193,7 +193,10 @@ def slopes(
     beams: Beams, sky: Float[Array, "*batch 3"], steps: Float[Array, "*batch 3 2"]
 ) -> Float[Array, "*batch 3 2"]:
     """Changes (..., 3, 2) of n' for pixels with directions N (..., 3) and steps (..., 3, 2)."""
-    return np.stack(polar_basis(beams.direction), axis=-1) @ pixel_matrix(beams, sky, steps)
+    columns = [
+        part.reshape(-1, size) for part, size in ((beams.jacobian, 4), (beams.direction, 3), (sky, 3), (steps, 6))
+    ]
+    return kernel("carried_steps").on_rays((), columns, sky.shape[:-1])
 
 
 def chart_cells(

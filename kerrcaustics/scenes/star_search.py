@@ -17,7 +17,7 @@ from kerrcaustics.scenes.cell_search import NEAREST, CellSearch, areas
 from kerrcaustics.scenes.coons_patches import CORNERS
 from kerrcaustics.scenes.footprint import inverse, major_axis, turned
 from kerrcaustics.scenes.motion import Exposure
-from kerrcaustics.scenes.points import Imaged, PointLights, moved, once, steps_to
+from kerrcaustics.scenes.points import Imaged, PointLights, distinct, moved, steps_to
 from kerrcaustics.scenes.quadtree import fill
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_cells import SkyCells, resolved
@@ -130,8 +130,8 @@ class StarSearch:
 
     def _placed(self, cell_images: Imaged) -> PictureImages:
         """Images in cells: those beyond a side of the picture that lie in it, too, belong there."""
-        sky, steps = self._view.directions(*cell_images.place.T)
-        magnification = _sizes(self._view, sky, steps) / cell_images.area
+        sky, _ = self._view.directions(*cell_images.place.T)
+        magnification = self._view.pixel_sizes(*cell_images.place.T) / cell_images.area
         images = PictureImages(*cell_images, sky, magnification)
         if not self._view.closed:
             return images
@@ -272,15 +272,17 @@ class _SearchedChart(NamedTuple):
     ) -> PictureImages:
         """Images as a picture shows them, at places that are accepted."""
         points = self._refined(camera, self._points(lights, pool), lights)
-        points = _round_once(points, self.plane.width) if self.plane is self.edge else once(points)
-        accepted = accepts(view.pixels(self.plane.directions(*points.place.T)[0]))
-        points = Imaged(*(part[accepted] for part in points))
+        if self.plane is self.edge:
+            points = _wrapped(points, self.plane.width)
+        points = Imaged(*(part[distinct(points.star, points.place, points.steps)] for part in points))
         sky, chart_steps = self.plane.directions(*points.place.T)
         place = view.pixels(sky)
-        _, steps = view.directions(*place.T)
-        magnification = _sizes(view, sky, chart_steps) / points.area
-        moving = _converted(chart_steps, points.steps, steps)
-        area = _sizes(view, sky, steps) / magnification
+        accepted = np.flatnonzero(accepts(place))
+        points = Imaged(*(part[accepted] for part in points))
+        sky, chart_steps, place = sky[accepted], chart_steps[accepted], place[accepted]
+        magnification = view.solid_angle(chart_steps) * view.lengths(sky) ** 2 / points.area
+        moving = _converted(chart_steps, points.steps, view.directions(*place.T)[1])
+        area = view.pixel_sizes(*place.T) / magnification
         # Pixels are so large before what a chart sees that neither curving nor rate would hold over one.
         unknown = np.zeros_like(points.curving), np.zeros_like(points.rate)
         images = PictureImages(place, points.star, area, moving, *unknown, sky, magnification)
@@ -320,26 +322,19 @@ def _converted(
     return np.swapaxes(inverse(*np.moveaxis(chart_steps, -1, 0)) @ steps, 1, 2) @ columns
 
 
-def _round_once(images: Imaged, width: int) -> Imaged:
-    """Images on a chart that closes on itself, those at its sides once."""
+def _wrapped(images: Imaged, width: int) -> Imaged:
+    """Images on a chart that closes on itself: those at either side at the same places."""
     x = (images.place[:, 0] + 0.5) % width
     x = np.where(x > width - 0.5, x - width, x) - 0.5
-    return once(images._replace(place=np.stack([x, images.place[:, 1]], axis=-1)))
+    return images._replace(place=np.stack([x, images.place[:, 1]], axis=-1))
 
 
 def _even(view: Raster, cells: SkyCells) -> Bool[Array, " n"]:
     """True for cells (n,) whose corners have pixels of about one size."""
     if view.even:
         return np.ones(len(cells.x), bool)
-    sizes = []
-    for i, j in CORNERS:
-        sizes.append(_sizes(view, *view.directions(cells.x + i * cells.size - 0.5, cells.y + j * cells.size - 0.5)))
+    sizes = [view.pixel_sizes(cells.x + i * cells.size - 0.5, cells.y + j * cells.size - 0.5) for i, j in CORNERS]
     return np.asarray(np.min(sizes, axis=0) > _UNEVEN * np.max(sizes, axis=0))
-
-
-def _sizes(view: Raster, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"]) -> Float[Array, " n"]:
-    """Sizes (n,) on the viewer's own sky of what lies between steps beside directions."""
-    return view.solid_angle(steps) * view.lengths(sky) ** 2
 
 
 def _grown(mask: Bool[Array, "h w"], before: int, after: int) -> Bool[Array, "h w"]:

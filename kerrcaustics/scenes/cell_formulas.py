@@ -1,0 +1,158 @@
+"""Images of stars in cells of a map, as JAX functions of one part, or one search: kernels are made of them.
+
+The map of a cell to the celestial sphere is a pair of polynomials of the place in it, x and y from 0 to 1
+(cell_search.py). Tables of a call have a row for each cell, each part of one, and each star.
+"""
+
+from functools import reduce
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from kerrcaustics.beams.kernels.programs import Number, Program
+from kerrcaustics.beams.kernels.tables import Table, table_row
+from kerrcaustics.spacetime.sphere import polar_basis
+
+# A part lies within bounds by its samples, and so much more.
+_SLACK = 1.3
+# A map bends where its determinant varies by more than this factor; cells where it does, and those that it folds, have
+# at least so many parts; none has more than this because it is long.
+_BENT, _PARTS_OF_BENT, _PARTS_OF_FOLDED, _LONGEST = 3.0, 16.0, 64.0, 16.0
+# A search ends with a step that is shorter than this (cells), with those that lead so far from the middle that it will
+# not come back, and with so many; none is longer than the next of these. It has found an image if its last one was
+# shorter than the last.
+_LAST, _LOST, _STEPS, _LONGEST_STEP, _SOLVED = 1e-4, 1.0, 20, 0.5, 1e-3
+
+
+class CellTables(NamedTuple):
+    """Tables of the maps of cells.
+
+    A row has the coefficients (12, 3) of n', of x^i y^j: i = 0 to 3, for j = 0 and 1; and i = 0, 1 for j = 2, 3.
+    rates: the same of their change over an exposure; one row of zeros where nothing moves.
+    """
+
+    maps: Any
+    rates: Any
+
+
+class CellSteps(NamedTuple):
+    """A search on its way: number of steps, place, and length of the last step (cells)."""
+
+    number: Any
+    x: Any
+    y: Any
+    length: Any
+
+
+def _rows(table: Any, cell: Any) -> Any:
+    return table_row(table, jnp.floor(cell)).reshape(12, -1)
+
+
+def _value(c: Any, x: Any, y: Any) -> Any:
+    """Values (k,) of polynomials with coefficients (12, k)."""
+    first, second = (c[k] + x * (c[k + 1] + x * (c[k + 2] + x * c[k + 3])) for k in (0, 4))
+    return first + y * (second + y * (c[8] + x * c[9] + y * (c[10] + x * c[11])))
+
+
+def _slopes(c: Any, x: Any, y: Any) -> tuple[Any, Any]:
+    """Slopes (k,) along x and y of polynomials with coefficients (12, k)."""
+    first, second = (c[k + 1] + x * (2 * c[k + 2] + x * (3 * c[k + 3])) for k in (0, 4))
+    linear = c[4] + x * (c[5] + x * (c[6] + x * c[7]))
+    along_y = linear + y * (2 * (c[8] + x * c[9]) + y * (3 * (c[10] + x * c[11])))
+    return first + y * (second + y * (c[9] + y * c[11])), along_y
+
+
+def _size(vector: Any) -> Any:
+    return jnp.sqrt((vector * vector).sum())
+
+
+def division(maps: Any, cell: Any) -> Any:
+    """Into how many parts (2,) a cell is to be divided along x and y: on the sky, they are about as long as wide."""
+    c = _rows(maps, cell)
+    areas, lengths = [], jnp.zeros(2)
+    for x, y in [(i / 2, j / 2) for j in range(3) for i in range(3)]:
+        along_x, along_y = _slopes(c, x, y)
+        areas.append((_value(c, x, y) * jnp.cross(along_x, along_y)).sum())
+        lengths = lengths + jnp.stack([_size(along_x), _size(along_y)])
+    least, most = reduce(jnp.minimum, areas), reduce(jnp.maximum, areas)
+    small, large = reduce(jnp.minimum, map(jnp.abs, areas)), reduce(jnp.maximum, map(jnp.abs, areas))
+    bent = jnp.where(large > _BENT * small, _PARTS_OF_BENT, 1.0)
+    x, y = jnp.maximum(lengths, 1e-300)
+    ratio = jnp.minimum(jnp.maximum(y / x, 1 / _LONGEST), _LONGEST)
+    count = jnp.maximum(jnp.where(least * most <= 0, _PARTS_OF_FOLDED, bent), jnp.maximum(ratio, 1 / ratio))
+    return jnp.sqrt(jnp.stack([count / ratio, count * ratio]))
+
+
+def bounds(cells: CellTables, cell: Any, x: Any, y: Any, half_x: Any, half_y: Any) -> Any:
+    """The row (11,) of a part: cell, middle x, y, and where it lies on the sphere.
+
+    That is within a disc, n' (3,) and its radius, and in a strip across a tangent (3,), with half its width. half_x,
+    half_y: half of its sides.
+    """
+    c, rates = _rows(cells.maps, cell), _rows(cells.rates, cell)
+    middle = _value(c, x, y)
+    steps = [(i, j) for j in (-1, 0, 1) for i in (-1, 0, 1) if (i, j) != (0, 0)]
+    away = [_value(c, x + i * half_x, y + j * half_y) - middle for i, j in steps]
+    far, radius = away[0], _size(away[0])
+    for one in away[1:]:
+        size = _size(one)
+        far, radius = jnp.where(size > radius, one, far), jnp.maximum(size, radius)
+    side = jnp.cross(middle, far)
+    side = side / jnp.maximum(_size(side), 1e-300)
+    # Of a part that is short, but bent, samples do not tell the width.
+    width = reduce(jnp.maximum, [jnp.abs((one * side).sum()) for one in away])
+    drift = _size(_value(rates, x, y)) / 2
+    radius, width = radius + drift, width + drift
+    width = _SLACK * (width + (_SLACK - 1) * radius * radius)
+    return jnp.stack([cell, x, y, *(middle / _size(middle)), _SLACK * radius, *side, width])
+
+
+def is_near(parts: Any, stars: Any, part: Any, star: Any) -> Any:
+    """True if a star may lie in a part."""
+    bound, n = table_row(parts, jnp.floor(part))[3:], table_row(stars, jnp.floor(star))[:3]
+    return (_size(n - bound[:3]) <= bound[3]) & (jnp.abs((n * bound[4:7]).sum()) <= bound[7])
+
+
+def image(over: Any, cells: CellTables, parts: Any, stars: Any, part: Any, star: Any) -> tuple[Any, Any, Any]:
+    """True if the search for a star from the middle of a part ends at an image in the cell, or so far `over` its sides.
+
+    Besides its place (2,) in the cell, and steps (2, 3) of n' along the cell's sides. stars: a table of n', and of
+    moments of the exposure, from -1/2 to 1/2.
+    """
+    cell, x, y = table_row(parts, jnp.floor(part))[:3]
+    row = table_row(stars, jnp.floor(star))
+    across = jnp.stack(polar_basis(row[:3], jnp))
+    # Both are zero where n' is the star's direction.
+    miss = (_rows(cells.maps, cell) + row[3] * _rows(cells.rates, cell)) @ across.T
+
+    def turn(now: CellSteps) -> CellSteps:
+        (u, v), ((a, c), (b, d)) = _value(miss, now.x, now.y), _slopes(miss, now.x, now.y)
+        det = a * d - b * c
+        det = jnp.where(jnp.abs(det) > 1e-300, det, 1e-300)
+        x, y = (b * v - d * u) / det, (c * u - a * v) / det
+        length = jnp.sqrt(x * x + y * y)
+        part = jnp.minimum(1.0, _LONGEST_STEP / jnp.maximum(length, 1e-300))
+        return CellSteps(now.number + 1, now.x + part * x, now.y + part * y, length)
+
+    def away(now: CellSteps) -> Any:
+        return jnp.maximum(jnp.abs(now.x - 0.5), jnp.abs(now.y - 0.5))
+
+    def goes_on(now: CellSteps) -> Any:
+        return (now.number < _STEPS) & (now.length > _LAST) & (away(now) < _LOST)
+
+    last = jax.lax.while_loop(goes_on, turn, CellSteps(0 * x, x, y, 0 * x + jnp.inf))
+    found = (away(last) <= 0.5 + over) & (last.length < _SOLVED)
+    return found, jnp.stack([last.x, last.y]), jnp.stack(_slopes(miss, last.x, last.y)) @ across
+
+
+def programs() -> dict[str, Program]:
+    """The kernels of searches by their names."""
+    each: Any = Number.OF_RAY
+    cells, parts, stars = CellTables(Table(36), Table(36)), Table(11), Table(4)
+    return {
+        "cell_division": Program(division, (Table(36), each)),
+        "part_bounds": Program(bounds, (cells, each, each, each, each, each)),
+        "star_near": Program(is_near, (parts, stars, each, each)),
+        "star_image": Program(image, (Number.OF_CALL, cells, parts, stars, each, each)),
+    }
