@@ -158,14 +158,15 @@ def measure_sky() -> None:
     camera = kc.Camera(spin=0.999, radius=6.03)
     sky = np.random.default_rng(1).normal(size=(1_000_000, 3))
     for name, trace in (("rays", kc.trace_rays), ("beams", kc.trace_beams)):
-        trace(camera, sky[:1000])
-        began = time.process_time()
-        for _ in range(3):
-            trace(camera, sky)
-        seconds = (time.process_time() - began) / 3
-        print(
-            f"kerrcaustics, {name} to infinity: {seconds:.2f} us each, {1 / seconds:.1f} million a second", flush=True
-        )
+        for engine in ("auto", "integrated"):
+            trace(camera, sky[:1000], engine=engine)
+            began = time.process_time()
+            for _ in range(3):
+                trace(camera, sky, engine=engine)
+            each = (time.process_time() - began) / 3
+            print(
+                f"{name} to infinity, engine {engine}: {each:.2f} us each, {1 / each:.1f} million a second", flush=True
+            )
 
 
 if __name__ == "__main__":
