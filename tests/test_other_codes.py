@@ -21,6 +21,7 @@ DATA = Path(__file__).parent / "data"
 CODES = json.loads((DATA / "other_codes.json").read_text())
 NEAR_SOURCE = json.loads((DATA / "kerrp2p_near_source.json").read_text())
 PULSAR = CODES["pulsar_ray"]
+THIN = CODES["thin_lens"]
 
 
 def place_of(observer, alpha, beta):
@@ -210,3 +211,60 @@ def test_light_of_a_disk_of_page_and_thorne():
     ratio = intensity / (beams.redshift**4 * page_thorne_flux(spin, beams.radius))
     away = np.abs(ratio / np.median(ratio) - 1)
     assert np.median(away) < 1e-5 and away.max() < 1e-4
+
+
+def thin_lens(radius):
+    """An observer of a hole without spin, the radius of sources twice as far behind it, the Einstein radius in M."""
+    return kc.Observer(spin=0.0, inclination=math.pi / 2, radius=radius), 2 * radius, math.sqrt(8 * radius / 3)
+
+
+def behind(observer, sphere, impact, u):
+    """Place of a source at u Einstein radii."""
+    return math.pi / 2, math.pi - u * impact / observer.radius * (observer.radius + sphere) / sphere
+
+
+@pytest.mark.parametrize("radius", [1e5, 1e7])
+@pytest.mark.parametrize("row", THIN["points"], ids=lambda row: f"u = {row[0]}")
+def test_a_far_hole_is_a_point_mass(row, radius):
+    """lenstronomy: places differ by the second term of the deflection, 15 pi / 16 M / b of the first; brightness too.
+
+    To first order the sum of both magnifications stays.
+    """
+    u, *theirs = row
+    observer, sphere, impact = thin_lens(radius)
+    seen = kc.star_images(observer, behind(observer, sphere, impact, u), 1, end=sphere)
+    assert seen.certified and list(seen.index) == [0, 1]
+    place = 2 * radius * np.arctan(np.hypot(*seen.sky.T) / (2 * radius)) / impact * [1, -1]
+    light = seen.magnification / radius**2 * ((radius + sphere) / sphere) ** 2
+    second, away = 15 * math.pi / 16 / impact, np.array([1, -1])
+    thin = np.array(theirs[:2])
+    np.testing.assert_allclose(place - thin, second * away / (thin**2 + 1), rtol=3 / impact)
+    expected = theirs[2:] - second * away / (u * u + 4) ** 1.5
+    np.testing.assert_allclose(light, expected, rtol=0, atol=40 / impact**2)
+    assert abs(light.sum() - sum(theirs[2:])) < 40 / impact**2
+
+
+def disc_ratio(radius, u, rho, theirs):
+    """Magnification of a uniform disc, relative to that of a thin lens, less 1; and its Einstein radius."""
+    observer, sphere, impact = thin_lens(radius)
+    place, size = behind(observer, sphere, impact, u), rho * impact / radius * (radius + sphere)
+    seen = kc.magnification(observer, place, size, max_index=1, end=sphere)
+    assert seen.certified
+    return seen.total / radius**2 * ((radius + sphere) / sphere) ** 2 / theirs - 1, impact
+
+
+@pytest.mark.parametrize(
+    "row",
+    [*THIN["discs"][:-1], pytest.param(THIN["discs"][-1], marks=pytest.mark.slow)],
+    ids=lambda row: f"u = {row[0]}, rho = {row[1]}",
+)
+def test_a_disc_behind_a_far_hole(row):
+    """VBMicrolensing: the second order of M / b is left, and what its table lacks; the last limb is on the caustic."""
+    *disc, error = row
+    away, impact = disc_ratio(1e7, *disc)
+    assert abs(away) < 40 / impact**2 + error
+
+
+def test_a_disc_behind_a_nearer_hole_is_no_longer_that_of_a_thin_lens():
+    away, impact = disc_ratio(1e5, *THIN["discs"][4][:3])
+    assert 20 / impact**2 < away < 40 / impact**2

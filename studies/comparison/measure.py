@@ -153,6 +153,23 @@ def measure_gyoto() -> None:
     say("Gyoto, the command", seconds, len(ends), miss(radius, azimuth, ends[met, 1], ends[met, 3]))
 
 
+def measure_sky() -> None:
+    """Rays and beams over the whole sky of a camera, in seconds of the core: others may work on it at the same time."""
+    camera = kc.Camera(spin=0.999, radius=6.03)
+    sky = np.random.default_rng(1).normal(size=(1_000_000, 3))
+    for name, trace in (("rays", kc.trace_rays), ("beams", kc.trace_beams)):
+        for engine in ("auto", "integrated"):
+            trace(camera, sky[:1000], engine=engine)
+            began = time.process_time()
+            for _ in range(3):
+                trace(camera, sky, engine=engine)
+            each = (time.process_time() - began) / 3
+            print(
+                f"{name} to infinity, engine {engine}: {each:.2f} us each, {1 / each:.1f} million a second", flush=True
+            )
+
+
 if __name__ == "__main__":
     measure_kerrz()
     measure_gyoto()
+    measure_sky()
