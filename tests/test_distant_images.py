@@ -306,3 +306,12 @@ def test_on_the_spin_axis(inclination):
     images, others = (kc.star_images(one, STARS[0], 2, end=6.0) for one in (observer, beside))
     np.testing.assert_allclose(images.sky, others.sky, atol=1e-5)
     np.testing.assert_allclose(images.time, others.time, atol=1e-5)
+
+
+@pytest.mark.parametrize("spin", [0.0, 0.999])
+def test_sources_as_far_away_as_the_observer_are_found_as_those_beyond(spin):
+    """A line to them begins below the horizontal by more than the rounding of a direction on the magnified sky."""
+    observer = kc.Observer(spin=spin, inclination=1.2, radius=1e9)
+    level, beyond = (kc.star_images(observer, (1.4, 2.9), 1, end=factor * observer.radius) for factor in (1.0, 1.5))
+    assert level.certified and beyond.certified and level.per_index == beyond.per_index == {0: 1, 1: 1}
+    assert level.magnification[1] == pytest.approx(beyond.magnification[1], rel=1e-6)

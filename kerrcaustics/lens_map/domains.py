@@ -33,8 +33,9 @@ Array = np.ndarray
 
 # Points of the rim that are found; a spline joins them.
 _TABLE = 2048
-# How far below the horizontal a line begins where the sphere has the camera's own radius, radians.
-_BELOW = 1e-9
+# How far below the horizontal a line begins where the sphere has the camera's own radius, radians: at least, and on a
+# sky of size 1 by the rounding of a direction.
+_BELOW, _ROUNDING = 1e-9, 4e-16
 # Rays with an impact parameter of so many radii of a sphere that is outside all photon orbits miss it.
 _FAR = 40.0
 
@@ -86,7 +87,7 @@ class OneLeaf:
         if not self.level:
             return np.zeros_like(edge_phase)
         reach = sky_lines.wide_reach(self.camera, edge_phase, self.zoom)
-        return -np.log((reach - np.pi / 2 - _BELOW) / reach)
+        return -np.log((reach - np.pi / 2 - max(_BELOW, _ROUNDING / self.zoom)) / reach)
 
     def line_of_sight(self, edge_phase: HostParts, depth: HostParts) -> tuple[HostVectors, Bool[Array, "*batch"]]:
         """Lines of sight (..., 3), and whether they stand for the second arrival; both arguments are broadcast."""
