@@ -74,26 +74,6 @@ class Footprint(Shown):
         angle = self.axes[2][:, None]
         return e_theta * np.cos(angle) + e_phi * np.sin(angle)
 
-    @classmethod
-    def of(
-        cls,
-        direction: Float[Array, "3 pixels"],
-        steps: Float[Array, "2 3 pixels"],
-        curving: Float[Array, "pixels 3 3"],
-        redshift: Float[Array, " pixels"],
-    ) -> "Footprint":
-        """The footprint of n', its steps along x and y, and its second derivatives along xx, xy, yy, all per pixel."""
-        x, y, z = direction
-        s = _length(x, y)
-        c, d = (np.divide(part, s, out=np.full_like(s, pole), where=s > 0) for part, pole in ((x, 1.0), (y, 0.0)))
-        outward = c * steps[:, 0] + d * steps[:, 1]
-        matrix = np.stack([z * outward - s * steps[:, 2], c * steps[:, 1] - d * steps[:, 0]])
-        footprint = cls(direction.T, np.moveaxis(matrix, -1, 0), np.zeros(len(x)), redshift)
-        along = singular_values(footprint.matrix)[2]
-        cos, sin = np.cos(along), np.sin(along)
-        across = np.stack([-sin * z * c - cos * d, -sin * z * d + cos * c, sin * s], axis=-1)
-        return replace(footprint, bend=bend(curving, across))
-
 
 def turned(vectors: Float[Array, "*batch 3"], angle: ArrayLike) -> Float[Array, "*batch 3"]:
     """Vectors (..., 3) turned about the spin axis by angles (...,), or one: toward larger phi'."""

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kerrcaustics.beams.ends import SKY, Sphere, Spherical
+from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.beams.trace import beams_of_directions, cores
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.footprint import Footprint, turned
@@ -129,16 +130,8 @@ def _supersampled_pixels(
     columns = slopes(beams, sky, steps) / count
     inside = np.isfinite(columns[..., 0, 0])
     direction = turned(np.where(inside[..., None], beams.direction, np.nan), azimuth)
-    some = columns[inside].transpose(2, 1, 0)
-    curving = (_neighbours_curving(columns) if count > 1 else np.zeros((*columns.shape[:3], 3, 3)))[inside]
-    ratio = frequency_ratios(camera, end, sky[inside], beams.direction[inside, 2])
-    footprint = Footprint.of(beams.direction[inside].T, some, curving, ratio)
+    middle, tables = beams.direction[inside], [columns.reshape(-1, 6)]
+    matrix, bend = kernel("part_footprint").on_rays((count,), (middle, np.flatnonzero(inside)), tables=tables)
+    footprint = Footprint(middle, matrix, bend, frequency_ratios(camera, end, sky[inside], middle[:, 2]))
     place = np.stack([x[inside], y[inside]], axis=-1)
     return Parts(place, 1 / count, footprint.turned(azimuth)), direction
-
-
-def _neighbours_curving(columns: Float[Array, "n h w 3 2"]) -> Float[Array, "n h w 3 3"]:
-    """Second derivatives along xx, xy, yy from differences of neighbours; 0 beside those that see nothing."""
-    along_y, along_x = np.gradient(columns, axis=(1, 2))
-    second = np.stack([along_x[..., 0], (along_x[..., 1] + along_y[..., 0]) / 2, along_y[..., 1]], axis=-2)
-    return np.nan_to_num(second, nan=0.0)

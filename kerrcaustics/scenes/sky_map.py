@@ -17,17 +17,16 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import SKY, Spherical
+from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.beams.trace import beams_of_directions, cores, rays_of_directions
-from kerrcaustics.scenes.coons_patches import doubts, weights
-from kerrcaustics.scenes.footprint import pixel_matrix, turned
+from kerrcaustics.scenes.footprint import turned
 from kerrcaustics.scenes.motion import ExposedMoment, Exposure
 from kerrcaustics.scenes.quadtree import Division, Level, Squares, joined
 from kerrcaustics.scenes.raster import Raster
-from kerrcaustics.scenes.sky_cells import PARTS, WIDE, CellScale, SkyCells, extent_of, parts_for
+from kerrcaustics.scenes.sky_cells import PARTS, WIDE, SkyCells, extent_of, parts_for, pixels
 from kerrcaustics.scenes.sky_charts import CapChart, EdgeChart
 from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.shadow import shadow_edge
-from kerrcaustics.spacetime.sphere import polar_basis
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -40,7 +39,7 @@ TOLERANCE = 1e-7
 _LARGEST, _LARGEST_ANGLE = 32, 0.05
 # Stars shine into a picture from so many pixels beyond its border.
 _MARGIN = 1
-# Where patches are checked by rays, in units of the cell: its middle, and those of two edges.
+# Where patches are checked by rays, in units of the cell, as in map_formulas.py: its middle, and those of two edges.
 _CHECKS = ((0.5, 0.5), (0.5, 0.0), (0.0, 0.5))
 # Points of the shadow edge that no cell may hide.
 _EDGE_POINTS = 1440
@@ -193,7 +192,8 @@ def slopes(
     beams: Beams, sky: Float[Array, "*batch 3"], steps: Float[Array, "*batch 3 2"]
 ) -> Float[Array, "*batch 3 2"]:
     """Changes (..., 3, 2) of n' for pixels with directions N (..., 3) and steps (..., 3, 2)."""
-    return np.stack(polar_basis(beams.direction), axis=-1) @ pixel_matrix(beams, sky, steps)
+    batch, columns = sky.shape[:-1], ((beams.direction, 3), (beams.jacobian, 4), (sky, 3), (steps, 6))
+    return np.asarray(kernel("slopes").on_rays((), [part.reshape(-1, size) for part, size in columns], batch))
 
 
 def chart_cells(
@@ -307,30 +307,15 @@ def _mixed(level: Level[SkyCorners], edge: tuple[Array, Array]) -> Bool[Array, "
 def _cells(lattice: _SkyLattice, level: Level[SkyCorners], close: float, chosen: Int[Array, " m"]) -> SkyCells:
     """The chosen cells, with their errors: NaN where not even the corners agree."""
     (x, y, size), corners, number = level.squares, level.corners, level.number[chosen]
-    place, slope = corners.place[number], corners.slope[number]
-    data = np.concatenate([place, slope[..., 0] * size, slope[..., 1] * size], axis=1)
-    curving = _curving(slope, size)
-    scale = CellScale(data, curving, size)
-    error = np.max([scale.pixels(doubt) for doubt in doubts(data)], axis=0)
-    with np.errstate(invalid="ignore"):
-        error[~(error <= close)] = np.nan
+    tables = corners.place, corners.slope.reshape(-1, 6)
+    data, curving, scale, error, checked = kernel("cell").on_rays((size,), [number], tables=tables)
+    error[~(error <= close)] = np.nan
     rates = np.zeros((len(chosen), 0, 3))
     if lattice.exposure is not None:
         moved = np.moveaxis(corners.moved[number], 2, 0)
         rates = np.concatenate([moved[0], moved[1] * size, moved[2] * size], axis=1)
-        error[np.max([scale.pixels(off) for off in moved[3].swapaxes(0, 1)], axis=0) > CROOKED] = np.nan
-    checked = np.flatnonzero(np.isfinite(error))
-    rays = lattice.checks(level.squares, chosen[checked])
-    for check, (right, down) in enumerate(_CHECKS):
-        value = np.einsum("nkc,k->nc", data[checked], weights(right, down, 0.0, 1).value[:, 0])
-        miss = np.zeros((len(chosen), 3))
-        miss[checked] = rays[:, check] - value / np.linalg.norm(value, axis=-1, keepdims=True)
-        error = np.maximum(error, scale.pixels(miss))
+        error[pixels(scale, moved[3]).max(axis=1) > CROOKED] = np.nan
+    some = np.flatnonzero(np.isfinite(error))
+    miss = lattice.checks(level.squares, chosen[some]) - checked[some]
+    error[some] = np.maximum(error[some], pixels(scale[some], miss).max(axis=1))
     return SkyCells(x[chosen], y[chosen], np.full(len(chosen), size), data, curving, error, rates)
-
-
-def _curving(slope: Float[Array, "n 4 3 2"], size: int) -> Float[Array, "n 3 3"]:
-    """Second derivatives (n, 3, 3) of n', along xx, xy and yy, from the slopes at the corners."""
-    along_x = (slope[:, 1] - slope[:, 0] + slope[:, 3] - slope[:, 2]) / (2 * size)
-    along_y = (slope[:, 2] - slope[:, 0] + slope[:, 3] - slope[:, 1]) / (2 * size)
-    return np.stack([along_x[..., 0], (along_x[..., 1] + along_y[..., 0]) / 2, along_y[..., 1]], axis=1)

@@ -59,7 +59,11 @@ _PHOTON = Photon(*_FOUR, _FOUR, _FOUR, _ONE)
 
 
 # Modules of other rooms that have programs: they use this one, and so have their names here.
-_MODULES = ("kerrcaustics.lens_map.newton_formulas", "kerrcaustics.scenes.sky_formulas")
+_MODULES = (
+    "kerrcaustics.lens_map.newton_formulas",
+    "kerrcaustics.scenes.map_formulas",
+    "kerrcaustics.scenes.sky_formulas",
+)
 
 
 def programs() -> dict[str, Program]:
