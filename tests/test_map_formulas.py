@@ -11,7 +11,7 @@ from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.beams.kernels.trees import leaves
 from kerrcaustics.scenes import map_formulas
 from kerrcaustics.scenes.coons_patches import doubts, weights, weights_at
-from kerrcaustics.scenes.footprint import bend, pixel_matrix, singular_values
+from kerrcaustics.scenes.footprint import ASPECT, bend, pixel_matrix, singular_values
 from kerrcaustics.scenes.sky_cells import Patches, Places, SkyCells, pixels
 from kerrcaustics.scenes.sky_map import slopes
 from kerrcaustics.spacetime.settings import settings_of_programs
@@ -53,8 +53,8 @@ def inputs(random):
         "cell_polynomials": ((), [x, y, size, data, curving], []),
         "cell_scale": ((), [size, data, curving], []),
         "drift": ((), [x, y, row], [table]),
-        "part_footprint": ((2.0,), [vector, np.arange(COUNT, dtype=float)], [slope]),
-        "seen": ((0.5,), [x, y, row], [table]),
+        "part_footprint": ((2.0, 8.0), [vector, np.arange(COUNT, dtype=float)], [slope]),
+        "seen": ((0.5, 8.0), [x, y, row], [table]),
         "slopes": ((), [vector, jacobian, directions(random, COUNT), steps], []),
     }
 
@@ -79,13 +79,14 @@ def test_kernels_are_their_functions(name, random):
         np.testing.assert_allclose(ours, theirs, rtol=1e-10, atol=ROUND_OFF)
 
 
-def footprint(direction, steps, curving):
+def footprint(direction, steps, curving, side):
     """Matrices (n, 2, 2) and bends (n,) from n', its steps (n, 2, 3), and its second derivatives (n, 3, 3)."""
     basis = np.stack(polar_basis(direction), axis=1)
     matrix = basis @ np.swapaxes(steps, 1, 2)
-    angle = singular_values(matrix)[2]
+    major, _, angle = singular_values(matrix)
     across = np.stack([-np.sin(angle), np.cos(angle)], axis=-1)[:, None] @ basis
-    return matrix, bend(curving, across[:, 0])
+    # Parts of pixels are widened.
+    return matrix, np.maximum(bend(curving, across[:, 0]), 0.0 if side == 1 else major / (ASPECT * side))
 
 
 @pytest.mark.parametrize("parts", [1, 2])
@@ -102,7 +103,7 @@ def test_footprints_are_those_of_patches(cells, parts, random):
     np.testing.assert_allclose(found.direction, direction, atol=ROUND_OFF)
     np.testing.assert_allclose(Patches(cells).values(place), value, atol=ROUND_OFF)
     steps = np.stack(steps, axis=1) / (parts * size)[:, None, None]
-    matrix, spread = footprint(direction, steps, cells.curving[which] / parts**2)
+    matrix, spread = footprint(direction, steps, cells.curving[which] / parts**2, 1 / parts)
     np.testing.assert_allclose(found.matrix, matrix, atol=ROUND_OFF)
     np.testing.assert_allclose(found.bend, spread, rtol=1e-9, atol=ROUND_OFF)
 
@@ -110,11 +111,12 @@ def test_footprints_are_those_of_patches(cells, parts, random):
 def test_a_cell_is_joined_from_its_corners(random):
     size, numbers = 4, random.integers(0, COUNT, (COUNT, 4))
     place, slope = directions(random, COUNT), 0.01 * random.normal(size=(COUNT, 3, 2))
-    data, curving, scale, doubt, checked = kernel("cell").on_rays(
+    data, curving, extent, scale, doubt, checked = kernel("cell").on_rays(
         (size,), [numbers], tables=[place, slope.reshape(-1, 6)]
     )
     known = [place[numbers], size * slope[numbers, :, 0], size * slope[numbers, :, 1]]
     np.testing.assert_allclose(data, np.concatenate(known, axis=1), atol=ROUND_OFF)
+    assert extent == pytest.approx(np.linalg.norm(data[:, 4:], axis=-1).max(axis=1))
     s = slope[numbers]
     along_x, along_y = (
         (s[:, first] - s[:, 0] + s[:, 3] - s[:, second]) / (2 * size) for first, second in ((1, 2), (2, 1))
@@ -136,7 +138,9 @@ def test_a_step_of_a_pixel_is_a_pixel():
     corners = np.array([0.6, 0.0, 0.8]) + 8 * (columns @ [x - 0.5, y - 0.5]).T
     data = np.concatenate([corners, *(np.tile(8 * column, (4, 1)) for column in columns.T)])
     empty = np.zeros((1, 0, 3))
-    cells = SkyCells(*(np.array([part]) for part in (0, 0, 8)), data[None], np.zeros((1, 3, 3)), np.zeros(1), empty)
+    cells = SkyCells(
+        *(np.array([part]) for part in (0, 0, 8)), data[None], np.zeros((1, 3, 3)), *np.zeros((2, 1)), empty
+    )
     columns_of = cells.size, cells.data.reshape(-1, 36), cells.curving.reshape(-1, 9)
     scale, middle = kernel("cell_scale").on_rays((), columns_of)
     np.testing.assert_allclose(middle, [[0.6, 0.0, 0.8]], atol=ROUND_OFF)
@@ -150,12 +154,12 @@ def test_parts_of_pixels_bend_as_their_neighbours_differ(random):
     columns[1, 2, 1] = np.nan
     inside = np.flatnonzero(np.isfinite(columns[..., 0, 0]))
     middle = directions(random, len(inside))
-    found = kernel("part_footprint").on_rays((count,), (middle, inside), tables=[columns.reshape(-1, 6)])
+    found = kernel("part_footprint").on_rays((count, ASPECT / count), (middle, inside), tables=[columns.reshape(-1, 6)])
     along_y, along_x = np.gradient(columns, axis=(1, 2))
     mixed = (along_x[..., 1] + along_y[..., 0]) / 2
     curving = np.nan_to_num(np.stack([along_x[..., 0], mixed, along_y[..., 1]], axis=-2), nan=0.0)
     own = columns.reshape(-1, 3, 2)[inside].swapaxes(1, 2)
-    known = footprint(middle, own, curving.reshape(-1, 3, 3)[inside])
+    known = footprint(middle, own, curving.reshape(-1, 3, 3)[inside], 1 / count)
     for ours, theirs in zip(found, known, strict=True):
         np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=ROUND_OFF)
 

@@ -54,10 +54,6 @@ class Footprint(Shown):
         """The footprints turned about the spin axis: their ellipses, along e_theta' and e_phi', turn with them."""
         return replace(self, direction=turned(self.direction, angle))
 
-    def widened(self, aspect: float) -> "Footprint":
-        """Return the footprints, none longer than so many times its width: finer parts of pixels are not needed."""
-        return replace(self, bend=np.maximum(self.bend, singular_values(self.matrix)[0] / aspect))
-
     @cached_property
     def axes(self) -> tuple[Float[Array, " pixels"], Float[Array, " pixels"], Float[Array, " pixels"]]:
         """Major and minor axis (n,), radians for one pixel, and the angle (n,) from e_theta' to the major one.
@@ -73,6 +69,14 @@ class Footprint(Shown):
         e_theta, e_phi = polar_basis(self.direction)
         angle = self.axes[2][:, None]
         return e_theta * np.cos(angle) + e_phi * np.sin(angle)
+
+
+def widest_aspect(side: float) -> float:
+    """The ratio of the axes beyond which footprints of parts of pixels with a side are widened.
+
+    Finer parts are not needed; footprints of whole pixels are left to the skies.
+    """
+    return ASPECT * side if side < 1 else np.inf
 
 
 def turned(vectors: Float[Array, "*batch 3"], angle: ArrayLike) -> Float[Array, "*batch 3"]:
@@ -158,5 +162,5 @@ def averaged(
     longest : float
         Length (radians) at which axes are cut.
     """
-    columns = *footprint.direction.T, *footprint.matrix.reshape(-1, 4).T, footprint.bend
+    columns = footprint.direction, footprint.matrix.reshape(-1, 4), footprint.bend
     return kernel(sky).on_rays((*numbers, finest, aspect, longest, DEVIATION), columns, tables=tables)

@@ -57,14 +57,15 @@ def _at(c: Any, x: Any, y: Any) -> tuple[Any, Any, Any]:
     return value, slopes[0] + y * (slopes[1] + y * (c[9] + y * c[11])), along_y
 
 
-def seen(side: Any, cells: Any, x: Any, y: Any, cell: Any) -> tuple[Any, Any, Any]:
+def seen(side: Any, aspect: Any, cells: Any, x: Any, y: Any, cell: Any) -> tuple[Any, Any, Any]:
     """n' (3,), the matrix (2, 2) and the bend of the footprint of a square of a pixel at a place in a cell.
 
-    Parameters: the side of the square, in pixels; the table of `cell_polynomials`; the place, and the cell's number.
+    Parameters: the side of the square, in pixels; `aspect` as of `footprint`; the table of `cell_polynomials`; the
+    place, and the cell's number.
     """
     (value, along_x, along_y), curving = _in_cell(cells, x, y, cell)
     direction = value / _length(value)
-    return direction, *footprint(direction, along_x * side, along_y * side, curving * side**2)
+    return direction, *footprint(direction, along_x * side, along_y * side, curving * side**2, aspect)
 
 
 def drift(cells: Any, x: Any, y: Any, cell: Any) -> Any:
@@ -91,10 +92,11 @@ def slopes(direction: Any, jacobian: Any, sky: Any, steps: Any) -> Any:
     return jnp.stack(columns, axis=-1)
 
 
-def part_footprint(count: Any, slopes: Any, direction: Any, number: Any) -> tuple[Any, Any]:
+def part_footprint(count: Any, aspect: Any, slopes: Any, direction: Any, number: Any) -> tuple[Any, Any]:
     """The matrix (2, 2) and the bend of the footprint of one of count x count parts of a pixel, row by row.
 
-    Parameters: a table of slopes (3, 2) per part, NaN where nothing is seen; n' of the part; its number in the table.
+    Parameters: `aspect` as of `footprint`; a table of slopes (3, 2) per part, NaN where nothing is seen; n' of the
+    part; its number in the table.
     """
     line = jnp.floor(number / count)
     column, row = number - line * count, line - jnp.floor(line / count) * count
@@ -103,7 +105,7 @@ def part_footprint(count: Any, slopes: Any, direction: Any, number: Any) -> tupl
     # Beside what is not seen there is nothing to go by.
     curving = jnp.where(jnp.isnan(second), 0.0, second)
     own = table_row(slopes, number).reshape(3, 2)
-    return footprint(jnp.stack(direction), own[:, 0], own[:, 1], curving)
+    return footprint(jnp.stack(direction), own[:, 0], own[:, 1], curving, aspect)
 
 
 def _rate(table: Any, number: Any, at: Any, count: Any, step: Any) -> Any:
@@ -113,15 +115,17 @@ def _rate(table: Any, number: Any, at: Any, count: Any, step: Any) -> Any:
     return (rise / jnp.maximum(before + after, 1.0)).reshape(3, 2)
 
 
-def footprint(direction: Any, along_x: Any, along_y: Any, curving: Any) -> tuple[Any, Any]:
+def footprint(direction: Any, along_x: Any, along_y: Any, curving: Any, aspect: Any) -> tuple[Any, Any]:
     """The matrix (2, 2) and the bend of the footprint of a pixel.
 
-    Parameters: n' (3,), its steps (3,) along x and y, and its second derivatives (3, 3) along xx, xy and yy.
+    Parameters: n' (3,), its steps (3,) along x and y, and its second derivatives (3, 3) along xx, xy and yy; the ratio
+    of the axes beyond which it is widened.
     """
     e_theta, e_phi = polar_basis(direction, jnp)
     a, b, c, d = _matrix(e_theta, e_phi, along_x, along_y)
     cos, sin = major_turn(a, b, c, d)
-    return jnp.stack([a, b, c, d]).reshape(2, 2), _bend(curving, e_phi * cos - e_theta * sin)
+    spread = _bend(curving, e_phi * cos - e_theta * sin)
+    return jnp.stack([a, b, c, d]).reshape(2, 2), jnp.maximum(spread, _axes(a, b, c, d)[0] / aspect)
 
 
 def _matrix(e_theta: Any, e_phi: Any, along_x: Any, along_y: Any) -> list[Any]:
@@ -142,20 +146,26 @@ def major_turn(a: Any, b: Any, c: Any, d: Any) -> tuple[Any, Any]:
     return jnp.where(cosine > 0, larger, smaller), jnp.where(cosine > 0, smaller, larger)
 
 
+def _axes(a: Any, b: Any, c: Any, d: Any) -> tuple[Any, Any]:
+    """Major and minor axis of the image of a circle by [[a, b], [c, d]]."""
+    even, odd = _length(jnp.stack([a + d, c - b])), _length(jnp.stack([a - d, c + b]))
+    return (even + odd) / 2, jnp.abs(even - odd) / 2
+
+
 def _bend(curving: Any, across: Any) -> Any:
     """As `bend` in footprint.py."""
     xx, xy, yy = (jnp.sum(curving[k] * across) for k in range(3))
     return jnp.sqrt((xx * xx + 2 * xy * xy + yy * yy) / 8)
 
 
-def cell(size: Any, places: Any, slopes: Any, corners: Any) -> tuple[Any, Any, Any, Any, Any]:
+def cell(size: Any, places: Any, slopes: Any, corners: Any) -> tuple[Any, ...]:
     """A cell from the beams at its corners, which is not checked.
 
     Parameters: size, in pixels; tables of n' and of its slopes (3, 2) at corners; the numbers of its four.
 
     Returns
     -------
-    data (12, 3), curving (3, 3) : as of `SkyCells`
+    data (12, 3), curving (3, 3), extent : as of `SkyCells`
     scale (2, 3) : as of `cell_scale`
     doubt : the estimated error of its patch, in pixels
     checked (3, 3) : n' where rays check the patch
@@ -170,7 +180,9 @@ def cell(size: Any, places: Any, slopes: Any, corners: Any) -> tuple[Any, Any, A
     scale, _ = _scale(data, terms, curving, size)
     checked = [value / _length(value) for value in (_at(terms, *place)[0] for place in _CHECKS)]
     doubt = jnp.maximum(*(_length(_product(scale, miss)) for miss in _doubts(data, terms)))
-    return data, curving, scale, doubt, jnp.stack(checked)
+    squares = [jnp.sum(one * one) for one in data[4:]]
+    extent = jnp.sqrt(jnp.maximum(_most(squares[:4]), _most(squares[4:])))
+    return data, curving, extent, scale, doubt, jnp.stack(checked)
 
 
 def cell_scale(size: Any, data: Any, curving: Any) -> tuple[Any, Any]:
@@ -187,14 +199,13 @@ def _scale(data: Any, terms: Any, curving: Any, size: Any) -> tuple[Any, Any]:
     middle = value / _length(value)
     e_theta, e_phi = polar_basis(middle, jnp)
     matrix = [one / size for one in _matrix(e_theta, e_phi, along_x, along_y)]
-    a, b, c, d = matrix
     cos, sin = major_turn(*matrix)
     along, across = e_theta * cos + e_phi * sin, e_phi * cos - e_theta * sin
-    even, odd = _length(jnp.stack([a + d, c - b])), _length(jnp.stack([a - d, c + b]))
-    minor = jnp.minimum(jnp.abs(even - odd) / 2, _least_minor(data) / size)
+    major, minor = _axes(*matrix)
+    least = jnp.minimum(minor, _least_minor(data) / size)
     # A pixel on a critical curve is folded over a strip of the sky: there an error counts by its width.
-    width = _length(jnp.stack([minor, _bend(curving, across)]))
-    return jnp.stack([along / ((even + odd) / 2), across / width]), middle
+    width = _length(jnp.stack([least, _bend(curving, across)]))
+    return jnp.stack([along / major, across / width]), middle
 
 
 def _least_minor(data: Any) -> Any:
@@ -205,12 +216,12 @@ def _least_minor(data: Any) -> Any:
         area = jnp.sum(jnp.cross(first, second) * data[k])
         a, b, c = jnp.sum(first * first), jnp.sum(first * second), jnp.sum(second * second)
         minors.append(area / jnp.sqrt((a + c + _length(jnp.stack([a - c, 2 * b]))) / 2))
-    least, most = _least(minors), -_least([-minor for minor in minors])
-    return jnp.where(least * most > 0, _least([jnp.abs(minor) for minor in minors]), 0.0)
+    least, most = -_most([-minor for minor in minors]), _most(minors)
+    return jnp.where(least * most > 0, -_most([-jnp.abs(minor) for minor in minors]), 0.0)
 
 
-def _least(values: list[Any]) -> Any:
-    return jnp.minimum(jnp.minimum(values[0], values[1]), jnp.minimum(values[2], values[3]))
+def _most(values: list[Any]) -> Any:
+    return jnp.maximum(jnp.maximum(values[0], values[1]), jnp.maximum(values[2], values[3]))
 
 
 def _doubts(data: Any, terms: Any) -> list[Any]:
@@ -245,7 +256,7 @@ def programs() -> dict[str, Program]:
         "cell_polynomials": Program(cell_polynomials, (_EACH, _EACH, _EACH, (_EACH,) * 36, (_EACH,) * 9)),
         "cell_scale": Program(cell_scale, (_EACH, (_EACH,) * 36, (_EACH,) * 9)),
         "drift": Program(drift, in_cell),
-        "part_footprint": Program(part_footprint, (_ONE, Table(6), _VECTOR, _EACH)),
-        "seen": Program(seen, (_ONE, *in_cell)),
+        "part_footprint": Program(part_footprint, (_ONE, _ONE, Table(6), _VECTOR, _EACH)),
+        "seen": Program(seen, (_ONE, _ONE, *in_cell)),
         "slopes": Program(slopes, (_VECTOR, (_EACH,) * 4, _VECTOR, (_EACH,) * 6)),
     }

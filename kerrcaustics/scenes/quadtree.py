@@ -113,7 +113,9 @@ class Division(NamedTuple, Generic[CornerSet, Cells]):
         while True:
             x, y, size = squares
             keys = np.stack([(y + j * size) * self.columns + x + i * size for i, j in CORNERS], axis=-1)
-            new = np.unique(keys)
+            # Several times as fast as `unique`.
+            new = np.sort(keys, axis=None)
+            new = new[np.diff(new, prepend=-1) != 0]
             new = new[~find(corners[0], new)[1]]
             corners = merged(corners, self.trace(new)) if len(new) else corners
             level = Level(squares, corners, find(corners[0], keys)[0])

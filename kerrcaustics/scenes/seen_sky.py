@@ -14,11 +14,11 @@ from kerrcaustics.beams.ends import SKY, Sphere, Spherical
 from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.beams.trace import beams_of_directions, cores
 from kerrcaustics.results.stages import stage
-from kerrcaustics.scenes.footprint import Footprint, turned
+from kerrcaustics.scenes.footprint import Footprint, turned, widest_aspect
 from kerrcaustics.scenes.motion import ExposedMoment, Exposure
 from kerrcaustics.scenes.quadtree import fill, in_chunks
 from kerrcaustics.scenes.raster import Raster
-from kerrcaustics.scenes.sky_cells import SkyCells, extent_of
+from kerrcaustics.scenes.sky_cells import SkyCells
 from kerrcaustics.scenes.sky_light import Parts, frequency_ratios
 from kerrcaustics.scenes.sky_map import TOLERANCE, sky_map, slopes
 from kerrcaustics.shapes import Bool, Float, Float32, Int
@@ -104,7 +104,7 @@ def seen_sky(
         visible_fraction.flat[which] = (np.reshape(shares, (-1, 1, 1, 1)) * inside).mean(axis=(0, 2, 3))
         parts += [part._replace(share=one / len(moments)) for (part, _), one in zip(results, shares, strict=True)]
     # So much of the sky, at least, lies in a pixel.
-    least = float((extent_of(mapped.cells) / mapped.cells.size).min(initial=view.pixel_angle))
+    least = float((mapped.cells.extent / mapped.cells.size).min(initial=view.pixel_angle))
     error = max(_CAUTION * float(mapped.cells.error.max(initial=0.0)), TOLERANCE / least)
     return SeenSky(mapped.cells, parts, visible_fraction, len(mapped.left), beams, error)
 
@@ -131,7 +131,8 @@ def _supersampled_pixels(
     inside = np.isfinite(columns[..., 0, 0])
     direction = turned(np.where(inside[..., None], beams.direction, np.nan), azimuth)
     middle, tables = beams.direction[inside], [columns.reshape(-1, 6)]
-    matrix, bend = kernel("part_footprint").on_rays((count,), (middle, np.flatnonzero(inside)), tables=tables)
+    numbers, own = (count, widest_aspect(1 / count)), np.flatnonzero(inside)
+    matrix, bend = kernel("part_footprint").on_rays(numbers, (middle, own), tables=tables)
     footprint = Footprint(middle, matrix, bend, frequency_ratios(camera, end, sky[inside], middle[:, 2]))
     place = np.stack([x[inside], y[inside]], axis=-1)
     return Parts(place, 1 / count, footprint.turned(azimuth)), direction

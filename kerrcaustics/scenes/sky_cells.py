@@ -6,7 +6,7 @@ import numpy as np
 
 from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.scenes.coons_patches import weights
-from kerrcaustics.scenes.footprint import Footprint
+from kerrcaustics.scenes.footprint import Footprint, widest_aspect
 from kerrcaustics.scenes.quadtree import fill
 from kerrcaustics.shapes import Bool, Float, Int
 
@@ -21,8 +21,9 @@ class SkyCells(NamedTuple):
     """Square cells of a picture that see the celestial sphere.
 
     x, y (n,): upper left corner, pixels; size (n,); data (n, 12, 3), n' for `patches`; curving (n, 3, 3), the second
-    derivatives of n' along xx, xy and yy; error (n,): that of the patch, estimated, in pixels; rates
-    (n, 12, 3): how the data change over an exposure, (n, 0, 3) where nothing moves.
+    derivatives of n' along xx, xy and yy; extent (n,): the angle of the sky, radians, that they see along a side;
+    error (n,): that of the patch, estimated, in pixels; rates (n, 12, 3): how the data change over an exposure,
+    (n, 0, 3) where nothing moves.
     """
 
     x: Array
@@ -30,6 +31,7 @@ class SkyCells(NamedTuple):
     size: Array
     data: Array
     curving: Array
+    extent: Array
     error: Array
     rates: Array
 
@@ -66,18 +68,12 @@ def pixels(scale: Float[Array, "n 2 3"], miss: Float[Array, "n k 3"]) -> Float[A
 
 def parts_of(cells: SkyCells) -> Int[Array, " n"]:
     """Numbers of parts, each way, into which pixels are divided: the linear map of a beam does not reach far."""
-    return parts_for(extent_of(cells))
-
-
-def extent_of(cells: SkyCells) -> Float[Array, " n"]:
-    """Angles (n,) of the sky, radians, that cells see along a side."""
-    slopes = cells.data[:, 4:]
-    return np.asarray(np.sqrt(np.einsum("nkc,nkc->nk", slopes, slopes).max(axis=1)))
+    return parts_for(cells.extent)
 
 
 def resolved(cells: SkyCells, extent: float) -> Bool[Array, " n"]:
     """True for cells (n,) whose pixels see less of the sky than an extent, and are not to be divided."""
-    return (extent_of(cells) < extent * cells.size) & (parts_of(cells) == 1)
+    return (cells.extent < extent * cells.size) & (parts_of(cells) == 1)
 
 
 def parts_for(extent: Float[Array, " n"]) -> Int[Array, " n"]:
@@ -117,8 +113,9 @@ class Patches:
         return np.asarray(kernel("drift").on_rays((), places[:3], tables=[self._table]))
 
     def footprint(self, places: Places, redshift: Float[Array, " m"]) -> Footprint:
-        """The footprints of squares, as linear images of them."""
-        return Footprint(*kernel("seen").on_rays((places.side,), places[:3], tables=[self._table]), redshift)
+        """The footprints of squares, as linear images of them, widened as those of parts of pixels are."""
+        numbers = places.side, widest_aspect(places.side)
+        return Footprint(*kernel("seen").on_rays(numbers, places[:3], tables=[self._table]), redshift)
 
 
 def covering_cells(cells: SkyCells, shape: tuple[int, int]) -> Int[Array, "h w"]:

@@ -16,7 +16,7 @@ from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.colour import shifted_light
-from kerrcaustics.scenes.footprint import ASPECT, Footprint, singular_values
+from kerrcaustics.scenes.footprint import Footprint, singular_values
 from kerrcaustics.scenes.motion import BOX, ShutterWeight
 from kerrcaustics.scenes.points import PointLights, drawn, moved
 from kerrcaustics.scenes.raster import Raster
@@ -32,7 +32,7 @@ from kerrcaustics.scenes.sky_cells import (
 )
 from kerrcaustics.scenes.star_search import PictureImages, StarSearch
 from kerrcaustics.scenes.unresolved_stars import faded, footing
-from kerrcaustics.shapes import Bool, Float, Int
+from kerrcaustics.shapes import Bool, Float, Float32, Int
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.frame import redshift
 from kerrcaustics.spacetime.sphere import polar_basis
@@ -115,19 +115,20 @@ def sky_light(
     sweep = turn + getattr(sky, "sweep", 0.0)
     drift = 0.0 if getattr(sky, "smooth", False) else sweep
     with ThreadPoolExecutor(cores()) as pool:
+        patches = Patches(cells)
         for which, moments in _sweeps(cells, count == 1, drift, weight):
             some = _split(covered_pixels(covering, which), _TOGETHER)
             for times in moments:
-                now = _Moment.of(cells, drift, times)
+                now = _Moment.of(cells, patches, drift, times)
                 list(pool.map(partial(lighting.add, light, covering, now), some))
         moment, _, spread = (float(part) for part in weight.over(0.0, 1.0))
-        lit, patches = partial(lighting.of_part, motion=(drift * moment, drift * spread)), Patches(cells)
+        lit = partial(lighting.of_part, motion=(drift * moment, drift * spread))
         lights = [pool.map(lit, _pieces(left))]
         for n in (2, PARTS):
             some = _split(covered_pixels(covering, count == n), _TOGETHER // n**2)
             lights.append(pool.map(lambda pixel, n=n: lit(lighting.divided(patches, covering, pixel, n)), some))
         for pixel, values in chain(*lights):
-            light[pixel] += values
+            _add(light, pixel, values)
         light = light.reshape(view.height, view.width, 3)
         if points is not None and len(points.direction):
             _StarDrawing(camera, view, end, search(), shifts, weight, pool).draw(light, points, sweep)
@@ -154,10 +155,11 @@ class _Moment(NamedTuple):
     times: _Times
 
     @classmethod
-    def of(cls, cells: SkyCells, drift: float, times: _Times) -> "_Moment":
-        """Those of some cells."""
-        rates = Patches(cells, cells.rates) if cells.moving else None
-        return cls(Patches(cells.at(times.moment)), rates, drift, times)
+    def of(cls, cells: SkyCells, patches: Patches, drift: float, times: _Times) -> "_Moment":
+        """Those of some cells; patches: of the middle of the exposure."""
+        if not cells.moving:
+            return cls(patches, None, drift, times)
+        return cls(Patches(cells.at(times.moment)), Patches(cells, cells.rates), drift, times)
 
     def swept(self, footprint: Footprint, places: Places) -> Footprint:
         """The footprints of squares, as they move over the sky."""
@@ -223,7 +225,8 @@ class _Lighting(NamedTuple):
         places = Places.of(pixel, covering, 1)
         footprint = self._footprint(now.patches, places)
         stars = self._unresolved(places.x, places.y, footprint, 1.0)
-        light[pixel] += now.times.share * (self.sky.light(now.swept(footprint, places), *self.shifts) + stars)
+        received = self.sky.light(now.swept(footprint, places), *self.shifts) + stars
+        _add(light, pixel, now.times.share * received)
 
     def divided(self, patches: Patches, covering: Int[Array, "h w"], pixel: Int[Array, " m"], count: int) -> Parts:
         """The count x count parts of pixels that cells cover."""
@@ -232,7 +235,7 @@ class _Lighting(NamedTuple):
 
     def of_part(self, part: Parts, motion: tuple[float, float]) -> tuple[Int[Array, " m"], Float[Array, "m 3"]]:
         """Pixels (m,), and the light (m, 3) that their parts add; motion: the mean turn of the sky, and its extent."""
-        footprint = part.footprint.widened(ASPECT * part.side)
+        footprint = part.footprint
         stars = self._unresolved(*part.place.T, footprint, part.side)
         turned, turn = motion
         if turn:
@@ -274,6 +277,15 @@ def frequency_ratios(
     """nu_camera / nu_source (m,) in directions N of sources at rest on a sphere, at cosines of theta'."""
     ratio, emitter = redshift(camera.frame(), sky), end.emitter_motion()
     return ratio if emitter is None else ratio * np.sqrt(emitter(camera.spin, end.radius, cosine).slowness)
+
+
+def _add(light: Float32[Array, "pixels 3"], pixel: Int[Array, " m"], values: Float[Array, "m 3"]) -> None:
+    """Add values to different pixels."""
+    some = np.take(light, pixel, axis=0)
+    some += values
+    # As one item of each pixel: three times as fast.
+    item = np.dtype((np.void, 12))
+    light.view(item)[pixel] = some.view(item)
 
 
 def _split(pixel: Int[Array, " n"], together: int) -> list[Int[Array, " _m"]]:

@@ -10,6 +10,7 @@ While the camera moves, n' of a cell moves straight on: what does not, and what 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from itertools import pairwise
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -23,7 +24,7 @@ from kerrcaustics.scenes.footprint import turned
 from kerrcaustics.scenes.motion import ExposedMoment, Exposure
 from kerrcaustics.scenes.quadtree import Division, Level, Squares, joined
 from kerrcaustics.scenes.raster import Raster
-from kerrcaustics.scenes.sky_cells import PARTS, WIDE, SkyCells, extent_of, parts_for, pixels
+from kerrcaustics.scenes.sky_cells import PARTS, WIDE, SkyCells, parts_for, pixels
 from kerrcaustics.scenes.sky_charts import CapChart, EdgeChart
 from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.shadow import shadow_edge
@@ -126,7 +127,11 @@ class _SkyLattice(NamedTuple):
         x, y = self.origin
         beyond = np.pad(~hidden, self.margin, mode="edge")
         lattice = np.pad(beyond, ((y - self.margin, self.size), (x - self.margin, self.size)))
-        return np.pad(lattice.cumsum(axis=0, dtype=np.int32).cumsum(axis=1, dtype=np.int32), ((1, 0), (1, 0)))
+        counts = np.pad(lattice, ((1, 0), (1, 0))).cumsum(axis=1, dtype=np.int32)
+        # Many times as fast as `cumsum` of columns.
+        for above, row in pairwise(counts):
+            row += above
+        return counts
 
     def on_picture(self, x: Array, y: Array) -> tuple[Array, Array]:
         """Pixels of places of the lattice."""
@@ -246,7 +251,7 @@ def _accepted(
         whole &= ~level.beside(mixed)
     cells = _on_cores(partial(_cells, lattice, level, close), np.flatnonzero(whole))
     small = size == 1 and lattice.exposure is None
-    good = (cells.error <= close) & (small | (extent_of(cells) < (wide or WIDE)))
+    good = (cells.error <= close) & (small | (cells.extent < (wide or WIDE)))
     good |= size == 1 and wide is not None
     split = mixed | reached
     split[np.flatnonzero(whole)[good]] = False
@@ -308,7 +313,7 @@ def _cells(lattice: _SkyLattice, level: Level[SkyCorners], close: float, chosen:
     """The chosen cells, with their errors: NaN where not even the corners agree."""
     (x, y, size), corners, number = level.squares, level.corners, level.number[chosen]
     tables = corners.place, corners.slope.reshape(-1, 6)
-    data, curving, scale, error, checked = kernel("cell").on_rays((size,), [number], tables=tables)
+    data, curving, extent, scale, error, checked = kernel("cell").on_rays((size,), [number], tables=tables)
     error[~(error <= close)] = np.nan
     rates = np.zeros((len(chosen), 0, 3))
     if lattice.exposure is not None:
@@ -318,4 +323,4 @@ def _cells(lattice: _SkyLattice, level: Level[SkyCorners], close: float, chosen:
     some = np.flatnonzero(np.isfinite(error))
     miss = lattice.checks(level.squares, chosen[some]) - checked[some]
     error[some] = np.maximum(error[some], pixels(scale[some], miss).max(axis=1))
-    return SkyCells(x[chosen], y[chosen], np.full(len(chosen), size), data, curving, error, rates)
+    return SkyCells(x[chosen], y[chosen], np.full(len(chosen), size), data, curving, extent, error, rates)

@@ -6,6 +6,7 @@ from typing import Any, ClassVar, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.scenes.raster import Raster, unit_vector
 from kerrcaustics.scenes.scene_checks import check_number, positive
@@ -15,9 +16,6 @@ from kerrcaustics.spacetime.checks import if_degrees, one_of, real_array
 from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge
 
 Array = np.ndarray
-
-_Part = Float[Array, "*batch"]
-_Vectors = Float[Array, "*batch 3"]
 
 Projection = Literal["pinhole", "fisheye", "equirectangular"]
 PROJECTIONS: tuple[Projection, ...] = get_args(Projection)
@@ -127,15 +125,12 @@ class View(Raster):
         Parameters: x, y, arrays that broadcast, in pixels; whole numbers are pixel centres.
         Errors: both are closed formulas, good to round-off.
         """
-        across, above = np.broadcast_arrays(
-            (real_array("x", x) - (self.width - 1) / 2) * self.pixel,
-            ((self.height - 1) / 2 - real_array("y", y)) * self.pixel,
-        )
-        chart = {"pinhole": _pinhole, "fisheye": _fisheye, "equirectangular": _equirectangular}[self.projection]
-        local, to_right, to_up = chart(across, above)
-        axes = np.stack([self.forward, self.right, self.up])
-        steps = np.stack([to_right @ axes, -(to_up @ axes)], axis=-1) * self.pixel
-        return local @ axes, steps
+        places = np.broadcast_arrays(real_array("x", x), real_array("y", y))
+        axes = *self.forward, *self.right, *self.up
+        numbers = (self.width - 1) / 2, (self.height - 1) / 2, self.pixel, *axes
+        columns = [np.ravel(part) for part in places]
+        sky, steps = kernel(f"view_{self.projection}").on_rays(numbers, columns, places[0].shape)
+        return sky, steps
 
     @property
     def closed(self) -> bool:
@@ -190,38 +185,6 @@ class View(Raster):
         camera = Camera(spin, radius, min(max(inclination, 0.0), math.pi), (velocity[0], velocity[1], velocity[2]))
         forward, up = np.reshape(values[6:], (2, 3)) @ np.asarray(camera.frame().basis).T
         return camera, View(self.width, self.height, values[5], self.projection, forward, up)
-
-
-def _pinhole(across: _Part, above: _Part) -> tuple[_Vectors, _Vectors, _Vectors]:
-    """Directions in (forward, right, up), and their derivatives along right and up, at tangents of angles."""
-    length = np.sqrt(1 + across**2 + above**2)
-    n = np.stack([1 / length, across / length, above / length], axis=-1)
-    to_right = (np.array([0.0, 1.0, 0.0]) - n * n[..., 1:2]) / length[..., None]
-    to_up = (np.array([0.0, 0.0, 1.0]) - n * n[..., 2:3]) / length[..., None]
-    return n, to_right, to_up
-
-
-def _fisheye(across: _Part, above: _Part) -> tuple[_Vectors, _Vectors, _Vectors]:
-    """The same at angles from the centre: N = cos(rho) forward + sin(rho)/rho (across, above)."""
-    square = across**2 + above**2
-    rho = np.sqrt(square)
-    sinc = np.sinc(rho / np.pi)
-    near = square < 1e-4
-    # (cos(rho) - sin(rho)/rho) / rho^2, by its series where it would cancel.
-    slope = np.where(near, -1 / 3 + square / 30, (np.cos(rho) - sinc) / np.where(near, 1, square))
-    n = np.stack([np.cos(rho), sinc * across, sinc * above], axis=-1)
-    to_right = np.stack([-sinc * across, sinc + slope * across**2, slope * across * above], axis=-1)
-    to_up = np.stack([-sinc * above, slope * across * above, sinc + slope * above**2], axis=-1)
-    return n, to_right, to_up
-
-
-def _equirectangular(across: _Part, above: _Part) -> tuple[_Vectors, _Vectors, _Vectors]:
-    """The same at longitude and latitude."""
-    c, s = np.cos(above), np.sin(above)
-    n = np.stack([c * np.cos(across), c * np.sin(across), s], axis=-1)
-    to_right = np.stack([-c * np.sin(across), c * np.cos(across), np.zeros_like(s)], axis=-1)
-    to_up = np.stack([-s * np.cos(across), -s * np.sin(across), c], axis=-1)
-    return n, to_right, to_up
 
 
 def widest_field(projection: str, width: int, height: int) -> float:
