@@ -1,4 +1,4 @@
-"""Kernels of maps: they are their JAX functions, and do what is done step by step elsewhere."""
+"""Kernels of maps and of views: they are their JAX functions, and do what is done step by step elsewhere."""
 
 import math
 
@@ -9,7 +9,7 @@ import pytest
 import kerrcaustics as kc
 from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.beams.kernels.trees import leaves
-from kerrcaustics.scenes import map_formulas
+from kerrcaustics.scenes import map_formulas, view_formulas
 from kerrcaustics.scenes.coons_patches import doubts, weights, weights_at
 from kerrcaustics.scenes.footprint import ASPECT, bend, pixel_matrix, singular_values
 from kerrcaustics.scenes.sky_cells import Patches, Places, SkyCells, pixels
@@ -76,6 +76,20 @@ def test_kernels_are_their_functions(name, random):
         rows = jax.vmap(lambda *own: function(*numbers, *tables, *own))(*(by_component(part) for part in columns))
     found = kernel(name).on_rays(numbers, columns, tables=tables)
     for ours, theirs in zip(leaves(found), leaves(rows), strict=True):
+        np.testing.assert_allclose(ours, theirs, rtol=1e-10, atol=ROUND_OFF)
+
+
+@pytest.mark.parametrize("name", view_formulas.programs())
+def test_kernels_of_views_are_their_functions(name, random):
+    x, y, axes = *random.uniform(0, 400, (2, COUNT)), np.linalg.qr(random.normal(size=(3, 3)))[0]
+    # In the middle of the picture a series takes over.
+    x[0], y[0] = 200.0, 150.0
+    plane = view_formulas.Plane((200.0, 150.0), 0.004, axes)
+    function = view_formulas.programs()[name].function
+    with settings_of_programs():
+        known = jax.vmap(lambda x, y: function(plane, x, y))(x, y)
+    found = kernel(name).on_rays((200.0, 150.0, 0.004, *axes.ravel()), [x, y])
+    for ours, theirs in zip(found, known, strict=True):
         np.testing.assert_allclose(ours, theirs, rtol=1e-10, atol=ROUND_OFF)
 
 

@@ -115,7 +115,8 @@ class Patches:
     def footprint(self, places: Places, redshift: Float[Array, " m"]) -> Footprint:
         """The footprints of squares, as linear images of them, widened as those of parts of pixels are."""
         numbers = places.side, widest_aspect(places.side)
-        return Footprint(*kernel("seen").on_rays(numbers, places[:3], tables=[self._table]), redshift)
+        direction, matrix, bend = kernel("seen").on_rays(numbers, places[:3], tables=[self._table])
+        return Footprint(direction, matrix, bend, redshift)
 
 
 def covering_cells(cells: SkyCells, shape: tuple[int, int]) -> Int[Array, "h w"]:

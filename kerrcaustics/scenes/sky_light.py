@@ -236,7 +236,7 @@ class _Lighting(NamedTuple):
     def of_part(self, part: Parts, motion: tuple[float, float]) -> tuple[Int[Array, " m"], Float[Array, "m 3"]]:
         """Pixels (m,), and the light (m, 3) that their parts add; motion: the mean turn of the sky, and its extent."""
         footprint = part.footprint
-        stars = self._unresolved(*part.place.T, footprint, part.side)
+        stars = self._unresolved(part.place[:, 0], part.place[:, 1], footprint, part.side)
         turned, turn = motion
         if turn:
             footprint = _swept(footprint, turn * turning(footprint.direction)).turned(-turned)
