@@ -14,7 +14,7 @@ from kerrcaustics.scenes.colour import luminance
 from kerrcaustics.scenes.footprint import bend, pixel_matrix, singular_values
 from kerrcaustics.scenes.points import PointLights
 from kerrcaustics.scenes.quadtree import Division, Squares
-from kerrcaustics.scenes.sky_cells import SkyCells, parts_of, places
+from kerrcaustics.scenes.sky_cells import CellPlaces, Patches, SkyCells, covered_pixels, covering_cells, parts_of
 from kerrcaustics.spacetime.sphere import from_angles, polar_basis
 
 NEAR = kc.Camera(spin=0.999, radius=2.6)
@@ -34,19 +34,18 @@ VIEWS = [
 def missed(camera, traced, seed):
     """The error of the map, in pixels, in 10,000 pixels, or all that there are."""
     view, cells = traced.view, traced.sky_cells
-    found = list(places(cells, np.arange(len(cells.x)), 1))
-    place = np.concatenate([part.place for part in found], axis=1).T
-    direction, cell = (np.concatenate([getattr(part, n).T for part in found]) for n in ("direction", "cell"))
-    inside = np.flatnonzero((place < [view.width, view.height]).all(axis=1))
-    some = np.random.default_rng(seed).permutation(inside)[:10_000]
-    sky, steps = view.directions(*place[some].T)
+    covering = covering_cells(cells, view.shape)
+    inside = covered_pixels(covering, np.ones(len(cells.x), bool))
+    some = CellPlaces.of(np.random.default_rng(seed).permutation(inside)[:10_000], covering, 1)
+    direction = Patches(cells).footprint(some, np.ones(len(some.x))).direction
+    sky, steps = view.directions(some.x, some.y)
     beams = kc.trace_beams(camera, sky, index=False, crossings=False, redshift=False)
     major, minor, angle = singular_values(pixel_matrix(beams, sky, steps))
     e_theta, e_phi = polar_basis(beams.direction)
     along = e_theta * np.cos(angle)[:, None] + e_phi * np.sin(angle)[:, None]
     across = np.cross(beams.direction, along)
-    minor = np.hypot(minor, bend(cells.curving[cell[some]], across))
-    off = direction[some] - beams.direction
+    minor = np.hypot(minor, bend(cells.curving[some.cell], across))
+    off = direction - beams.direction
     return np.hypot((off * along).sum(axis=1) / major, (off * across).sum(axis=1) / minor)
 
 
@@ -125,11 +124,11 @@ def test_every_pixel_is_seen_once():
     traced = kc.pictures.trace_view(camera, view)
     total = np.zeros(view.width * view.height)
     cells = traced.sky_cells
+    covering = covering_cells(cells, view.shape)
     for n in (1, 2, 4):
-        for part in places(cells, np.flatnonzero(parts_of(cells) == n), n):
-            x, y = np.round(part.place).astype(int)
-            inside = (x >= 0) & (y >= 0) & (x < view.width) & (y < view.height)
-            np.add.at(total, (y * view.width + x)[inside], part.side**2)
+        part = CellPlaces.of(covered_pixels(covering, parts_of(cells) == n), covering, n)
+        x, y = np.round(part.x).astype(int), np.round(part.y).astype(int)
+        np.add.at(total, y * view.width + x, part.side**2)
     for place, side, *_ in traced.sky_parts:
         x, y = np.round(place).astype(int).T
         np.add.at(total, y * view.width + x, side**2)

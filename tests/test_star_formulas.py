@@ -70,12 +70,9 @@ def inputs(name, rng):
         columns = part, rng.permutation(part) if name == "star_near" else part
         return ([], columns, [parts, stars]) if name == "star_near" else ([0.1], columns, [maps, rates, parts, stars])
     axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
-    if name.startswith("seen"):
+    if name.startswith("view"):
         return [*axes.ravel(), 0.02, 40.0, 30.0], rng.uniform(0, 60, (2, count)), []
     frame = list(leaves(CAMERAS[0].frame()))
-    if name == "carried_steps":
-        ends = [*unit(rng.normal(size=(count, 3))).T, *unit(rng.normal(size=(count, 3))).T]
-        return [], [*rng.normal(size=(4, count)), *ends, *rng.normal(size=(6, count))], []
     if name == "aberrated":
         return frame, [*unit(rng.normal(size=(count, 3))).T, *rng.normal(size=(6, count))], []
     return [*frame, 384.0, 64.0, 0.35], rng.uniform(0, [[384], [300], [1], [0.3]], (4, count)), []

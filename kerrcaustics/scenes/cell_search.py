@@ -105,12 +105,10 @@ _NO_IMAGE = np.zeros(0, int), np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2
 
 
 def _polynomials(data: Float[Array, "n 12 3"]) -> Float[Array, "n 36"]:
-    """Patches as coefficients of polynomials, as cell_formulas.py has them."""
-    x, y = np.random.default_rng(0).uniform(0, 1, (2, 24))
-    powers = [(i, j) for j in (0, 1) for i in range(4)] + [(i, j) for j in (2, 3) for i in (0, 1)]
-    terms = np.stack([x**i * y**j for i, j in powers])
-    change = weights_at(x, y).value @ np.linalg.pinv(terms)
-    return (change.T @ data).reshape(-1, 36)
+    """Coefficients of patches, by places in the unit square."""
+    nothing, size = np.zeros((2, len(data))), np.ones(len(data))
+    columns = *nothing, size, data.reshape(-1, 36), np.zeros((len(data), 9))
+    return np.ascontiguousarray(kernel("cell_polynomials").on_rays((), columns)[:, 2:38])
 
 
 def _parts(maps: Float[Array, "n 36"], rates: Float[Array, "_r 36"]) -> Float[Array, "m 11"]:

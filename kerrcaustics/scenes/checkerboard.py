@@ -114,4 +114,4 @@ class Checkerboard:
         """Linear sRGB light (n, 3) of pixels."""
         numbers = self.rows, self.columns, self.gap, self.along == "longitude", *self._background
         light = averaged("swatches", numbers, [self._table], footprint, _FINEST)
-        return light * shifted_light(footprint.redshift, beaming, colour_shift)
+        return light * shifted_light(footprint.redshift, beaming, colour_shift) if beaming or colour_shift else light

@@ -12,7 +12,6 @@ import jax.numpy as jnp
 
 from kerrcaustics.beams.kernels.programs import FRAME, Number, Program
 from kerrcaustics.spacetime.frame import Frame, doppler
-from kerrcaustics.spacetime.sphere import polar_basis, tangent_parts
 
 _Local = tuple[Any, Any, Any]
 
@@ -65,7 +64,7 @@ def equirectangular(across: Any, above: Any) -> _Local:
     )
 
 
-def seen(projection: Callable[[Any, Any], _Local], pixels: PixelGrid, x: Any, y: Any) -> tuple[Any, Any]:
+def view_direction(projection: Callable[[Any, Any], _Local], pixels: PixelGrid, x: Any, y: Any) -> tuple[Any, Any]:
     """The direction of a place of a view, and its steps."""
     across, above = (x - pixels.middle[0]) * pixels.step, (pixels.middle[1] - y) * pixels.step
     axes = jnp.stack([jnp.stack(axis) for axis in pixels.axes])
@@ -100,24 +99,16 @@ def aberrated(frame: Frame, line_of_sight: Any, steps: Any) -> tuple[Any, Any]:
     return n / jnp.sqrt((n * n).sum()), steps
 
 
-def carried(matrix: Any, end: Any, sky: Any, steps: Any) -> Any:
-    """Steps (3, 2) of n' that a beam makes of those of the viewer's sky; matrix: its Jacobian, by rows; end: n'."""
-    n, e_1, e_2 = (jnp.stack(part) for part in (end, *tangent_parts(sky[0], sky[1], sky[2], jnp)))
-    columns = jnp.stack(matrix).reshape(2, 2) @ (jnp.stack([e_1, e_2]) @ jnp.stack(steps).reshape(3, 2))
-    return jnp.stack(polar_basis(n, jnp), axis=-1) @ columns
-
-
 def programs() -> dict[str, Program]:
     """The kernels by their names."""
     one: Any = Number.OF_CALL
     each: Any = Number.OF_RAY
     pixels, edge = PixelGrid(((one,) * 3,) * 3, one, (one, one)), EdgeGrid(one, one, one)
     made = {
-        f"seen_{projection.__name__}": Program(partial(seen, projection), (pixels, each, each))
+        f"view_{projection.__name__}": Program(partial(view_direction, projection), (pixels, each, each))
         for projection in (pinhole, fisheye, equirectangular)
     }
     made["beside_edge"] = Program(beside_edge, (FRAME, edge, each, each, each, each))
-    made["carried_steps"] = Program(carried, ((each,) * 4, (each,) * 3, (each,) * 3, (each,) * 6))
     made["aberrated"] = Program(
         lambda frame, line, *steps: aberrated(frame, line, jnp.stack(steps).reshape(3, 2)),
         (FRAME, (each,) * 3, *(each,) * 6),

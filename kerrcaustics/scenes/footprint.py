@@ -54,10 +54,6 @@ class Footprint(Shown):
         """The footprints turned about the spin axis: their ellipses, along e_theta' and e_phi', turn with them."""
         return replace(self, direction=turned(self.direction, angle))
 
-    def widened(self, aspect: float) -> "Footprint":
-        """Return the footprints, none longer than so many times its width: finer parts of pixels are not needed."""
-        return replace(self, bend=np.maximum(self.bend, singular_values(self.matrix)[0] / aspect))
-
     @cached_property
     def axes(self) -> tuple[Float[Array, " pixels"], Float[Array, " pixels"], Float[Array, " pixels"]]:
         """Major and minor axis (n,), radians for one pixel, and the angle (n,) from e_theta' to the major one.
@@ -74,25 +70,13 @@ class Footprint(Shown):
         angle = self.axes[2][:, None]
         return e_theta * np.cos(angle) + e_phi * np.sin(angle)
 
-    @classmethod
-    def of(
-        cls,
-        direction: Float[Array, "3 pixels"],
-        steps: Float[Array, "2 3 pixels"],
-        curving: Float[Array, "pixels 3 3"],
-        redshift: Float[Array, " pixels"],
-    ) -> "Footprint":
-        """The footprint of n', its steps along x and y, and its second derivatives along xx, xy, yy, all per pixel."""
-        x, y, z = direction
-        s = _length(x, y)
-        c, d = (np.divide(part, s, out=np.full_like(s, pole), where=s > 0) for part, pole in ((x, 1.0), (y, 0.0)))
-        outward = c * steps[:, 0] + d * steps[:, 1]
-        matrix = np.stack([z * outward - s * steps[:, 2], c * steps[:, 1] - d * steps[:, 0]])
-        footprint = cls(direction.T, np.moveaxis(matrix, -1, 0), np.zeros(len(x)), redshift)
-        along = singular_values(footprint.matrix)[2]
-        cos, sin = np.cos(along), np.sin(along)
-        across = np.stack([-sin * z * c - cos * d, -sin * z * d + cos * c, sin * s], axis=-1)
-        return replace(footprint, bend=bend(curving, across))
+
+def widest_aspect(side: float) -> float:
+    """The ratio of the axes beyond which footprints of parts of pixels with a side are widened.
+
+    Finer parts are not needed; footprints of whole pixels are left to the skies.
+    """
+    return ASPECT * side if side < 1 else np.inf
 
 
 def turned(vectors: Float[Array, "*batch 3"], angle: ArrayLike) -> Float[Array, "*batch 3"]:
@@ -178,5 +162,5 @@ def averaged(
     longest : float
         Length (radians) at which axes are cut.
     """
-    columns = *footprint.direction.T, *footprint.matrix.reshape(-1, 4).T, footprint.bend
+    columns = footprint.direction, footprint.matrix.reshape(-1, 4), footprint.bend
     return kernel(sky).on_rays((*numbers, finest, aspect, longest, DEVIATION), columns, tables=tables)

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from kerrcaustics.scenes.coons_patches import CORNERS
 from kerrcaustics.shapes import Bool, Int
@@ -42,11 +43,18 @@ def in_chunks(values: Int[Array, " n"], most: Callable[[int], int]) -> list[Int[
     return chunks
 
 
-def fill(mask: Array, x: Int[Array, " n"], y: Int[Array, " n"], size: Int[Array, " n"], value: float) -> None:
-    """Set the pixels of squares, as far as they lie in a picture."""
-    corners = (np.maximum(corner, 0) for corner in (x, y, x + size, y + size))
-    for left, top, right, below in zip(*corners, strict=True):
-        mask[top:below, left:right] = value
+def fill(mask: Array, x: Int[Array, " n"], y: Int[Array, " n"], size: Int[Array, " n"], value: ArrayLike) -> None:
+    """Set the pixels of squares, as far as they lie in a picture, to values (n,), or to one."""
+    # What lies beyond goes to a margin.
+    whole, values = np.pad(mask, 1), np.broadcast_to(value, x.shape)
+    for one in np.unique(size):
+        same = np.flatnonzero(size == one)
+        rows, columns = (
+            np.clip(place[same, None] + np.arange(one), -1, side) + 1
+            for place, side in zip((y, x), mask.shape, strict=True)
+        )
+        whole[rows[:, :, None], columns[:, None, :]] = values[same, None, None]
+    mask[:] = whole[1:-1, 1:-1]
 
 
 class Squares(NamedTuple):
@@ -105,7 +113,9 @@ class Division(NamedTuple, Generic[CornerSet, Cells]):
         while True:
             x, y, size = squares
             keys = np.stack([(y + j * size) * self.columns + x + i * size for i, j in CORNERS], axis=-1)
-            new = np.unique(keys)
+            # Several times as fast as `unique`.
+            new = np.sort(keys, axis=None)
+            new = new[np.diff(new, prepend=-1) != 0]
             new = new[~find(corners[0], new)[1]]
             corners = merged(corners, self.trace(new)) if len(new) else corners
             level = Level(squares, corners, find(corners[0], keys)[0])

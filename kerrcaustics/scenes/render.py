@@ -89,8 +89,8 @@ class TracedView(Shown):
     crossings: tuple[int, ...] = quantity("crossing", "1", _CROSSINGS)
     _disk: tuple[Any, ...] | None = quantity("", "", "rims of the disk, whether it is opaque, whether with travel time")
     _cells: list[tuple[Array, ...]] = quantity("", "", "where it is seen, crossing by crossing")
-    _sky: tuple[Array, ...] = quantity("", "", "cells that see the sky")
-    _parts: list[tuple[Any, ...]] = quantity("", "", "those of supersampled pixels")
+    _sky_cells: tuple[Array, ...] = quantity("", "", "cells that see the sky, with what they see of it")
+    _parts: list[tuple[Any, ...]] = quantity("", "", "those of supersampled pixels, widened")
     stages: dict[str, float] = quantity("", "s", _STAGES, default=dict)
     sky_radius: float = quantity("", "GM/c^2", _SKY_RADIUS, default=math.inf)
 
@@ -156,7 +156,7 @@ class TracedView(Shown):
     @property
     def sky_cells(self) -> SkyCells:
         """Cells of the picture that see the sky; of a view with a sky."""
-        return SkyCells(*self._sky)
+        return SkyCells(*self._sky_cells)
 
     @property
     def sky_parts(self) -> list[Parts]:

@@ -11,13 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from kerrcaustics.beams.ends import SKY, Sphere, Spherical
+from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.beams.trace import beams_of_directions, cores
 from kerrcaustics.results.stages import stage
-from kerrcaustics.scenes.footprint import Footprint, turned
+from kerrcaustics.scenes.footprint import Footprint, turned, widest_aspect
 from kerrcaustics.scenes.motion import ExposedMoment, Exposure
 from kerrcaustics.scenes.quadtree import fill, in_chunks
 from kerrcaustics.scenes.raster import Raster
-from kerrcaustics.scenes.sky_cells import SkyCells, extent_of
+from kerrcaustics.scenes.sky_cells import SkyCells
 from kerrcaustics.scenes.sky_light import Parts, frequency_ratios
 from kerrcaustics.scenes.sky_map import TOLERANCE, sky_map, slopes
 from kerrcaustics.shapes import Bool, Float, Float32, Int
@@ -103,7 +104,7 @@ def seen_sky(
         visible_fraction.flat[which] = (np.reshape(shares, (-1, 1, 1, 1)) * inside).mean(axis=(0, 2, 3))
         parts += [part._replace(share=one / len(moments)) for (part, _), one in zip(results, shares, strict=True)]
     # So much of the sky, at least, lies in a pixel.
-    least = float((extent_of(mapped.cells) / mapped.cells.size).min(initial=view.pixel_angle))
+    least = float((mapped.cells.extent / mapped.cells.size).min(initial=view.pixel_angle))
     error = max(_CAUTION * float(mapped.cells.error.max(initial=0.0)), TOLERANCE / least)
     return SeenSky(mapped.cells, parts, visible_fraction, len(mapped.left), beams, error)
 
@@ -129,16 +130,9 @@ def _supersampled_pixels(
     columns = slopes(beams, sky, steps) / count
     inside = np.isfinite(columns[..., 0, 0])
     direction = turned(np.where(inside[..., None], beams.direction, np.nan), azimuth)
-    some = columns[inside].transpose(2, 1, 0)
-    curving = (_neighbours_curving(columns) if count > 1 else np.zeros((*columns.shape[:3], 3, 3)))[inside]
-    ratio = frequency_ratios(camera, end, sky[inside], beams.direction[inside, 2])
-    footprint = Footprint.of(beams.direction[inside].T, some, curving, ratio)
+    middle, tables = beams.direction[inside], [columns.reshape(-1, 6)]
+    numbers, own = (count, widest_aspect(1 / count)), np.flatnonzero(inside)
+    matrix, bend = kernel("part_footprint").on_rays(numbers, (middle, own), tables=tables)
+    footprint = Footprint(middle, matrix, bend, frequency_ratios(camera, end, sky[inside], middle[:, 2]))
     place = np.stack([x[inside], y[inside]], axis=-1)
     return Parts(place, 1 / count, footprint.turned(azimuth)), direction
-
-
-def _neighbours_curving(columns: Float[Array, "n h w 3 2"]) -> Float[Array, "n h w 3 3"]:
-    """Second derivatives along xx, xy, yy from differences of neighbours; 0 beside those that see nothing."""
-    along_y, along_x = np.gradient(columns, axis=(1, 2))
-    second = np.stack([along_x[..., 0], (along_x[..., 1] + along_y[..., 0]) / 2, along_y[..., 1]], axis=-2)
-    return np.nan_to_num(second, nan=0.0)

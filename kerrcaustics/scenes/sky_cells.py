@@ -1,31 +1,29 @@
 """Cells of a picture's map to the celestial sphere, with n' joined by coons_patches.py, and their pixels."""
 
-from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.scenes.coons_patches import weights
-from kerrcaustics.scenes.footprint import bend, major_axis, singular_values
-from kerrcaustics.scenes.quadtree import in_chunks
+from kerrcaustics.scenes.footprint import Footprint, widest_aspect
+from kerrcaustics.scenes.quadtree import fill
 from kerrcaustics.shapes import Bool, Float, Int
-from kerrcaustics.spacetime.sphere import polar_basis
 
 Array = np.ndarray
 
 # Cells that see more of the sky than this (radians) are divided, pixels that do into two parts each way, and those
 # that see more than that, or lie on the shadow edge, into more.
 WIDE, _WIDEST, PARTS = 0.2, 0.5, 4
-# Pixels whose places are worked out together: they fit in a core's cache.
-_TOGETHER = 1 << 15
 
 
 class SkyCells(NamedTuple):
     """Square cells of a picture that see the celestial sphere.
 
     x, y (n,): upper left corner, pixels; size (n,); data (n, 12, 3), n' for `patches`; curving (n, 3, 3), the second
-    derivatives of n' along xx, xy and yy; error (n,): that of the patch, estimated, in pixels; rates
-    (n, 12, 3): how the data change over an exposure, (n, 0, 3) where nothing moves.
+    derivatives of n' along xx, xy and yy; extent (n,): the angle of the sky, radians, that they see along a side;
+    error (n,): that of the patch, estimated, in pixels; rates (n, 12, 3): how the data change over an exposure,
+    (n, 0, 3) where nothing moves.
     """
 
     x: Array
@@ -33,6 +31,7 @@ class SkyCells(NamedTuple):
     size: Array
     data: Array
     curving: Array
+    extent: Array
     error: Array
     rates: Array
 
@@ -47,11 +46,12 @@ class SkyCells(NamedTuple):
 
     def pixels_moved(self, turn: float) -> Float[Array, " n"]:
         """Motion (n,) of the sky in their middles, pixels, over an exposure in which it turns by an angle."""
-        scale = CellScale(self.data, self.curving, self.size)
-        motion = turn * turning(scale.middle)
+        columns = self.size, self.data.reshape(-1, 36), self.curving.reshape(-1, 9)
+        scale, middle = kernel("cell_scale").on_rays((), columns)
+        motion = turn * turning(middle)
         if self.moving:
             motion -= np.einsum("nkc,k->nc", self.rates, weights(0.5, 0.5, 0.0, 1).value[:, 0])
-        return scale.pixels(motion)
+        return pixels(scale, motion[:, None])[:, 0]
 
 
 def turning(direction: Float[Array, "*batch 3"]) -> Float[Array, "*batch 3"]:
@@ -60,52 +60,20 @@ def turning(direction: Float[Array, "*batch 3"]) -> Float[Array, "*batch 3"]:
     return np.stack([-y, x, np.zeros_like(x)], axis=-1)
 
 
-class CellScale:
-    """The maps in the middles of cells, to turn errors of n' into pixels."""
-
-    def __init__(self, data: Float[Array, "n 12 3"], curving: Float[Array, "n 3 3"], size: Any) -> None:
-        """Parameters as in `SkyCells`."""
-        where = weights(0.5, 0.5, 0.0, 1)
-        value, *columns = (
-            np.einsum("nkc,k->nc", data, part[:, 0]) for part in (where.value, where.along_x, where.along_y)
-        )
-        self.middle = value / np.linalg.norm(value, axis=-1, keepdims=True)
-        basis = np.stack(polar_basis(self.middle), axis=-2)
-        matrix = basis @ np.stack(columns, axis=-1) / np.reshape(size, (-1, 1, 1))
-        self._major, minor, angle = singular_values(matrix)
-        axis = np.stack([np.cos(angle), np.sin(angle)], axis=-1)[:, None]
-        self._along = (axis @ basis)[:, 0]
-        self._across = np.cross(self.middle, self._along)
-        # A pixel on a critical curve is folded over a strip of the sky: there an error counts by its width.
-        self._minor = np.hypot(np.minimum(minor, _least_minor(data) / size), bend(curving, self._across))
-
-    def pixels(self, miss: Float[Array, "n 3"]) -> Float[Array, " n"]:
-        """Displacements (n,) on the picture by errors (n, 3) of n'."""
-        along, across = (np.vecdot(miss, axis) for axis in (self._along, self._across))
-        return np.hypot(along / self._major, across / self._minor)
-
-
-def _least_minor(data: Float[Array, "n 12 3"]) -> Float[Array, " n"]:
-    """The smallest minor axis (n,) at the corners, for the whole cell; 0 where a critical curve passes between."""
-    first, second = data[:, 4:8], data[:, 8:]
-    area = np.vecdot(np.cross(first, second), data[:, :4])
-    minor = area / major_axis(first, second)[0]
-    return np.where(minor.min(axis=1) * minor.max(axis=1) > 0, np.abs(minor).min(axis=1), 0.0)
+def pixels(scale: Float[Array, "n 2 3"], miss: Float[Array, "n k 3"]) -> Float[Array, "n k"]:
+    """Displacements (n, k) on the picture by errors (n, k, 3) of n', by scales of map_formulas.py."""
+    along, across = (np.einsum("nj,nkj->nk", scale[:, row], miss) for row in range(2))
+    return np.asarray(np.hypot(along, across))
 
 
 def parts_of(cells: SkyCells) -> Int[Array, " n"]:
     """Numbers of parts, each way, into which pixels are divided: the linear map of a beam does not reach far."""
-    return parts_for(extent_of(cells))
-
-
-def extent_of(cells: SkyCells) -> Float[Array, " n"]:
-    """Angles (n,) of the sky, radians, that cells see along a side."""
-    return np.asarray(np.sqrt((cells.data[:, 4:] ** 2).sum(axis=-1)).max(axis=1))
+    return parts_for(cells.extent)
 
 
 def resolved(cells: SkyCells, extent: float) -> Bool[Array, " n"]:
     """True for cells (n,) whose pixels see less of the sky than an extent, and are not to be divided."""
-    return (extent_of(cells) < extent * cells.size) & (parts_of(cells) == 1)
+    return (cells.extent < extent * cells.size) & (parts_of(cells) == 1)
 
 
 def parts_for(extent: Float[Array, " n"]) -> Int[Array, " n"]:
@@ -113,33 +81,52 @@ def parts_for(extent: Float[Array, " n"]) -> Int[Array, " n"]:
     return np.where(extent < WIDE, 1, np.where(extent < _WIDEST, 2, PARTS))
 
 
-class Pixels(NamedTuple):
-    """Squares of a picture.
+class CellPlaces(NamedTuple):
+    """Squares of pixels, in cells: places x, y (m,), pixels; the number (m,) of the cell; side."""
 
-    place x, y (2, m), pixels; side; direction n' (3, m), and its steps along x and y (2, 3, m); cell (m,).
-    """
-
-    place: Array
-    side: float
-    direction: Array
-    steps: Array
+    x: Array
+    y: Array
     cell: Array
+    side: float
+
+    @classmethod
+    def of(cls, pixel: Int[Array, " n"], covering: Int[Array, "h w"], parts: int) -> "CellPlaces":
+        """All parts x parts squares of pixels, by their numbers in reading order, pixel by pixel."""
+        within = (np.arange(parts) + 0.5) / parts - 0.5
+        y, x = (place[:, None, None] for place in np.divmod(pixel, covering.shape[1]))
+        x, y, cell = np.broadcast_arrays(x + within, y + within[:, None], covering.ravel()[pixel][:, None, None])
+        return cls(x.ravel(), y.ravel(), cell.ravel(), 1 / parts)
 
 
-def places(cells: SkyCells, which: Int[Array, " n"], parts: int) -> Iterator[Pixels]:
-    """All pixels of some cells, each in parts x parts squares, some at a time."""
-    for rows in in_chunks(cells.size[which], lambda size: _TOGETHER // (size * parts) ** 2):
-        yield _places(cells, which[rows], parts)
+class Patches:
+    """The patches of cells, as kernels read them."""
+
+    def __init__(self, cells: SkyCells, data: Float[Array, "n 12 3"] | None = None) -> None:
+        """Parameters: data, if they are not those of the cells."""
+        columns = [
+            part.reshape(-1, size) for part, size in ((cells.data if data is None else data, 36), (cells.curving, 9))
+        ]
+        self._table = kernel("cell_polynomials").on_rays((), (cells.x, cells.y, cells.size, *columns))
+
+    def values(self, places: CellPlaces) -> Float[Array, "m 3"]:
+        """The values (m, 3) of the patches."""
+        return np.asarray(kernel("drift").on_rays((), places[:3], tables=[self._table]))
+
+    def footprint(self, places: CellPlaces, redshift: Float[Array, " m"]) -> Footprint:
+        """The footprints of squares, as linear images of them, widened as those of parts of pixels are."""
+        numbers = places.side, widest_aspect(places.side)
+        direction, matrix, bend = kernel("seen").on_rays(numbers, places[:3], tables=[self._table])
+        return Footprint(direction, matrix, bend, redshift)
 
 
-def _places(cells: SkyCells, which: Int[Array, " n"], parts: int) -> Pixels:
-    count = int(cells.size[which[0]]) * parts
-    where = weights(0.0, 0.0, 1.0, count)
-    within = (np.arange(count) + 0.5) / parts - 0.5
-    x = np.broadcast_to(cells.x[which, None, None] + within, (len(which), count, count))
-    y = np.broadcast_to(cells.y[which, None, None] + within[:, None], (len(which), count, count))
-    data = np.moveaxis(cells.data[which], -1, 0)
-    direction, along_x, along_y = ((data @ part).reshape(3, -1) for part in (where.value, where.along_x, where.along_y))
-    direction /= np.sqrt((direction**2).sum(axis=0))
-    steps = np.stack([along_x, along_y]) / count
-    return Pixels(np.stack([x.ravel(), y.ravel()]), 1 / parts, direction, steps, np.repeat(which, count * count))
+def covering_cells(cells: SkyCells, shape: tuple[int, int]) -> Int[Array, "h w"]:
+    """The number of the cell that covers each pixel of a picture; -1 where none does."""
+    covering = np.full(shape, -1, np.int32)
+    fill(covering, cells.x, cells.y, cells.size, np.arange(len(cells.x), dtype=np.int32))
+    return covering
+
+
+def covered_pixels(covering: Int[Array, "h w"], which: Bool[Array, " n"]) -> Int[Array, " m"]:
+    """Pixels that some cells cover, by their numbers in reading order."""
+    # Pixels without a cell have its last number.
+    return np.flatnonzero(np.append(which, False)[covering.ravel()]).astype(np.int32)

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 
 from kerrcaustics.beams.kernels.programs import Number, Program
 from kerrcaustics.beams.kernels.tables import Table, table_row
+from kerrcaustics.scenes.map_formulas import major_turn
 from kerrcaustics.spacetime.sphere import polar_basis
 
 # Probes along the major axis lie within two deviations; a footprint takes the next of these numbers of them.
@@ -83,11 +84,11 @@ def ellipse(beam: Beam, smoothing: Smoothing) -> Ellipse:
     """The ellipse of a footprint, no longer than `longest`, no finer than `finest` or than the aspect allows."""
     (a, b, c, d), direction = beam.matrix, jnp.stack(beam.direction)
     even, odd = _length(a + d, c - b), _length(a - d, c + b)
-    angle = (jnp.arctan2(c - b, a + d) + jnp.arctan2(c + b, a - d)) / 2
+    cos, sin = major_turn(a, b, c, d)
     major = jnp.maximum(jnp.minimum((even + odd) / 2, smoothing.longest), smoothing.finest)
     minor = jnp.minimum(_length((even - odd) / 2, beam.bend), smoothing.longest)
     e_theta, e_phi = polar_basis(direction, jnp)
-    ahead = e_theta * jnp.cos(angle) + e_phi * jnp.sin(angle)
+    ahead = e_theta * cos + e_phi * sin
     return Ellipse(major, jnp.maximum(jnp.maximum(minor, smoothing.finest), major / smoothing.aspect), ahead)
 
 

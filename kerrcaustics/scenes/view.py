@@ -127,7 +127,7 @@ class View(Raster):
         """
         axes, middle = (self.forward, self.right, self.up), ((self.width - 1) / 2, (self.height - 1) / 2)
         pixels = [*map(tuple, axes)], self.pixel, middle
-        return kernel(f"seen_{self.projection}")(pixels, real_array("x", x), real_array("y", y))
+        return kernel(f"view_{self.projection}")(pixels, real_array("x", x), real_array("y", y))
 
     @property
     def closed(self) -> bool:

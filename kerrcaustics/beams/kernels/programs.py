@@ -63,6 +63,7 @@ _MODULES = (
     "kerrcaustics.lens_map.newton_formulas",
     "kerrcaustics.scenes.cell_formulas",
     "kerrcaustics.scenes.direction_formulas",
+    "kerrcaustics.scenes.map_formulas",
     "kerrcaustics.scenes.sky_formulas",
     "kerrcaustics.waves.wave_formulas",
 )
