@@ -17,7 +17,8 @@ from .extended_sources.magnification import magnification as magnification
 from .images.counts import count_map as count_map, image_counts as image_counts
 from .images.derivatives import image_derivatives as image_derivatives
 from .images.images import StarImages as StarImages, star_images as star_images
-from .moving_sources.light_curve import light_curve as light_curve
+from .light_curves.light_curve import light_curve as light_curve
+from .light_curves.sources import Ball as Ball, Spot as Spot
 from .orbits.orbit import Orbit as Orbit
 from .results.datasets import to_xarray as to_xarray
 from .results.records import record as record

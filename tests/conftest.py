@@ -34,10 +34,10 @@ ALL_BUT = {
     "lens_map": (),
     "tracks": (
         *("circles", "event_derivatives", "events", "following", "isoradials"),
-        *("light_curves", "lines", "track", "tracks"),
+        *("lines", "track", "tracks"),
     ),
     "extended_sources": ("magnification", "profiles"),
-    "moving_sources": ("light_curve", "source_light"),
+    "light_curves": ("light_curve", "source_light", "sources", "spot_curve"),
     "waves": ("amplification", "pattern"),
 }
 ROOMS = {

@@ -16,8 +16,7 @@ PACKAGE = ROOT / "kerrcaustics"
 FLOORS = (
     "shapes choices lazy_names files extras interrupts toml_files workers results numerics",
     "spacetime orbits beams astronomy interop",
-    "lens_map curves level_curves images tracks light_curves moving_sources extended_sources waves functional "
-    "photon_rings",
+    "lens_map curves level_curves images tracks light_curves extended_sources waves functional photon_rings",
     "scenes films scene_files",
     "draw explorer sweeps report scripts cli",
 )
@@ -166,7 +165,7 @@ def numbers() -> dict[str, list[str] | int]:
         "extended and moving sources that import tracks": [
             str(m.path)
             for m in every
-            if m.room in ("extended_sources", "moving_sources", "light_curves") and "tracks" in imported_rooms(m.tree)
+            if m.room in ("extended_sources", "light_curves") and "tracks" in imported_rooms(m.tree)
         ],
         "calls of the engine outside beams and lens_map": [
             one for m in every if m.room not in ("beams", "lens_map") and floor_of(m.room) == 2 for one in ray_calls(m)

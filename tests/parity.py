@@ -168,7 +168,9 @@ CALLS: dict[str, Callable[[Cell], Any]] = {
         viewer_named(c.viewer), directions(c.viewer), time=True, **CONSTANTS, **where(c)
     ),
     "isoradials": lambda c: kc.isoradials(viewer_named(c.viewer), [9.0], 1, 60, time=True, **own_plane(c)),
-    "light_curve": lambda c: kc.light_curve(viewer_named(c.viewer), 9.0, 8, crossings=1, points=60, **own_plane(c)),
+    "light_curve": lambda c: kc.light_curve(
+        viewer_named(c.viewer), 9.0, 8, source=kc.Spot(crossings=1, points=60), **own_plane(c)
+    ),
     "line_profile": lambda c: kc.line_profile(viewer_named(c.viewer), 7.0, 9.0, radii=4, turns=16, **own_plane(c)),
     "shadow_edge": lambda c: kc.shadow_edge(viewer_named(c.viewer), 8, **where(c)),
     "render": picture,

@@ -45,7 +45,9 @@ CALLS = [
     ),
     (kc.follow_star, {"cameras": [CAMERA], "star": STAR, "max_index": 1}),
     (kc.isoradials, {**SEES, "radii": [6.0], "crossings": 1, "points": 16}),
-    (kc.light_curve, {**SEES, "orbit": 8.0, "times": 10, "size": 0.1, "crossings": 1, "power": 4.0, "points": 90}),
+    (kc.Ball, {"size": 0.1}),
+    (kc.Spot, {"size": 0.1, "crossings": 1, "power": 4.0, "points": 90}),
+    (kc.light_curve, {**SEES, "orbit": 8.0, "times": 10, "size": 0.1, "crossings": 1}),
     (kc.line_profile, {**SEES, **RIMS, "emissivity": 3.0, "crossing": 1, "bins": 10, "radii": 4, "turns": 16}),
     (
         kc.pictures.View,

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import kerrcaustics as kc
-from kerrcaustics.moving_sources.balls import Passes, Sights
-from kerrcaustics.moving_sources.even_light import even_light
+from kerrcaustics.light_curves.balls import Passes, Sights
+from kerrcaustics.light_curves.even_light import even_light
 
 MIDDLE = np.array([0.6, -0.48, 0.64])
 FIRST = np.array([0.8, 0.36, -0.48])

@@ -8,13 +8,13 @@ import kerrcaustics as kc
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.extended_sources.magnification import Magnification
 from kerrcaustics.images.counts import CountMap, ImageCounts
-from kerrcaustics.moving_sources.source_light import SourceLightCurve
+from kerrcaustics.light_curves.source_light import SourceLightCurve
+from kerrcaustics.light_curves.spot_curve import LightCurve
 from kerrcaustics.results.declared import LAYOUTS, quantities
 from kerrcaustics.tracks.circles import CircleImages
 from kerrcaustics.tracks.events import PairEvents
 from kerrcaustics.tracks.following import FollowedStar
 from kerrcaustics.tracks.isoradials import IsoradialSet
-from kerrcaustics.tracks.light_curves import LightCurve
 from kerrcaustics.tracks.lines import LineCrossings
 from kerrcaustics.tracks.tracks import StarTracks
 from kerrcaustics.waves.amplification import Amplification

@@ -38,6 +38,8 @@ MADE = {
         kc.Orbit.kepler(100.0, 0.5),
         kc.Orbit.function(math.frexp),
     ],
+    "Ball": [kc.Ball(0.2)],
+    "Spot": [kc.Spot(0.2, motion="retrograde")],
     "PhysicalScale": [kc.PhysicalScale(4.3e6, 8.2e3)],
     "SceneFile": [],
     "Status": list(kc.Status),

@@ -199,7 +199,7 @@ def enclosed(curve) -> float:
 def test_errors_of_light_curves_are_honest():
     """Against four times as many points: fluxes, centroids and travel times."""
     for viewer in (INFINITE, kc.Camera(SPIN, 1e7, INCLINATION, "static")):
-        found, true = (kc.light_curve(viewer, ORBIT, 40, crossings=3, points=n) for n in (720, 2880))
+        found, true = (kc.light_curve(viewer, ORBIT, 40, source=kc.Spot(crossings=3, points=n)) for n in (720, 2880))
         assert (np.abs(found.flux - true.flux) <= found.error + true.error).all()
         away = np.linalg.norm(found.centroid - true.centroid, axis=1)
         assert (away <= found.centroid_error + true.centroid_error).all()

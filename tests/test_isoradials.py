@@ -151,7 +151,7 @@ def test_light_of_a_spot_is_that_of_its_images():
                 away = (found.time - event.moment + found.period / 2) % found.period - found.period / 2
                 far &= np.abs(away) > 2
         assert np.abs(share[far] / wanted[far] - 1).max() < 3e-3
-    finer = kc.light_curve(SPOT, 8.0, 40, size=0.02, crossings=3, points=4000)
+    finer = kc.light_curve(SPOT, 8.0, 40, source=kc.Spot(0.02, crossings=3, points=4000))
     assert (np.abs(finer.flux - found.flux) <= 3 * found.error + 1e-6 * found.flux).all()
 
 
@@ -221,7 +221,10 @@ def test_images_of_a_spot_are_born_where_beams_vanish():
         (lambda: kc.light_curve(SPOT, 2.0), "`orbit` must be the radius of a circular orbit"),
         (lambda: kc.light_curve(SPOT, 8.0, size=0.0), "`size` must be a positive, finite length"),
         (lambda: kc.light_curve(SPOT, 8.0, [math.nan]), "`times` must be"),
-        (lambda: kc.light_curve(SPOT, 8.0, motion="static"), "`motion` must be one of"),
+        (lambda: kc.light_curve(SPOT, 8.0, source=kc.Spot(motion="static")), "`motion` must be one of"),
+        (lambda: kc.Spot(power=math.inf), "`power` must be a finite number"),
+        (lambda: kc.Spot(points=1), "`points` must be a whole number from 16 to 100000"),
+        (lambda: kc.Ball(-1.0), "`size` must be a positive, finite length"),
     ],
 )
 def test_bad_input_is_one_line(ask, words):

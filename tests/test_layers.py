@@ -31,7 +31,7 @@ STAGES = [
     "functional",
     "tracks",
     "extended_sources",
-    "moving_sources",
+    "light_curves",
     "waves",
     "scenes",
     "draw",

@@ -13,9 +13,9 @@ from moving_ball import ball_light, light_at_rest
 
 import kerrcaustics as kc
 from kerrcaustics.lens_map.search_sky import search_sky
-from kerrcaustics.moving_sources.image_curves import ImageCurves
-from kerrcaustics.moving_sources.seen_images import seen_images
-from kerrcaustics.moving_sources.source_light import source_light_curve
+from kerrcaustics.light_curves.image_curves import ImageCurves
+from kerrcaustics.light_curves.seen_images import seen_images
+from kerrcaustics.light_curves.source_light import source_light_curve
 from kerrcaustics.orbits.orbit import clock_rates, orbit_of
 from kerrcaustics.orbits.orbit_file import read_orbit
 

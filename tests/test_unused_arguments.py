@@ -1,7 +1,6 @@
 """Arguments of another branch: a public function that takes one of several ways refuses what only the others use."""
 
 import inspect
-import math
 
 import numpy as np
 import pytest
@@ -16,7 +15,7 @@ STAR = (1.4, 2.9)
 SECOND = {"end": kc.Sphere(5.0, second_arrival=True)}
 VIEW = kc.pictures.View(8, 8, 1.0)
 LIGHT = np.ones((4, 8, 3))
-OF_SPOTS = {"crossings": 4, "motion": "circular", "power": 4.0, "points": 720}
+OF_SPOTS = {"crossings": 4}
 # Parameters that choose one of several ways.
 CHOICES = {
     "source",
@@ -45,8 +44,11 @@ REFUSED = {
         (lambda: light_curve("spot", max_index=2), "max_index"),
         (lambda: light_curve("spot", searches=10), "searches"),
         (lambda: light_curve(None, max_index=99), "max_index"),
-        (lambda: kc.light_curve(CAMERA, kc.Orbit.kepler(40.0), 3, motion="banana"), "motion"),
-        (lambda: light_curve("point", power=math.nan), "power"),
+        (lambda: kc.light_curve(CAMERA, kc.Orbit.kepler(40.0), 3, crossings="banana"), "crossings"),
+        (lambda: light_curve(kc.Ball(), size=0.1), "size"),
+        (lambda: light_curve(kc.Ball(), crossings=1), "crossings"),
+        (lambda: light_curve(kc.Spot(), crossings=1), "crossings"),
+        (lambda: light_curve(kc.Spot(), max_index=1), "max_index"),
         (lambda: light_curve("point", size=-1.0), "size"),
     ],
     "tone_mapped": [(lambda: kc.pictures.tone_mapped(LIGHT, softening=30.0), "softening")],
@@ -84,8 +86,8 @@ REFUSED = {
 # Functions with a choice of which each way uses all of the other arguments.
 ALL_USED = {
     "Beams", "Camera", "Caustic", "Checkerboard", "Disk", "Orbit", "OrbitingSpots", "Panorama", "Rays", "StarField",
-    "StarImages", "TurnedSky", "View", "Volume", "celestial_picture", "clipped_fraction", "explore", "isoradials",
-    "line_profile", "ray_paths", "render_volume", "trace_beams", "trace_rays",
+    "Spot", "StarImages", "TurnedSky", "View", "Volume", "celestial_picture", "clipped_fraction", "explore",
+    "isoradials", "line_profile", "ray_paths", "render_volume", "trace_beams", "trace_rays",
 }  # fmt: skip
 
 
@@ -113,8 +115,8 @@ def test_every_public_function_with_branches_is_listed():
             "--motion must be left out for a point, as only a spot has it",
         ),
         (["--source", "ball", "--power", 3], "--power must be left out for a ball, as only a spot has it"),
-        (["--source", "point", "--size", 0.1], "--size must be left out for a point, as only a ball or spot has it"),
-        (["--max-index", 1], "--max-index must be left out for a spot, as only a point or ball has it"),
+        (["--source", "point", "--size", 0.1], "--size must be left out for a point, as only a ball or a spot has it"),
+        (["--max-index", 1], "--max-index must be left out for a spot, as only a point or a ball has it"),
     ],
 )
 def test_the_command_refuses_options_of_other_sources(capsys, options, message):

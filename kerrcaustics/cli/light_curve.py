@@ -27,9 +27,10 @@ from kerrcaustics.cli.tables import PlainTable
 from kerrcaustics.cli.terminal import place_of, plain_errors, progress, say, say_all, verdict
 
 if TYPE_CHECKING:
-    from kerrcaustics.moving_sources.source_light import SourceLightCurve
+    from kerrcaustics.light_curves.source_light import SourceLightCurve
+    from kerrcaustics.light_curves.sources import Ball, Spot
+    from kerrcaustics.light_curves.spot_curve import LightCurve
     from kerrcaustics.orbits.orbit import Orbit
-    from kerrcaustics.tracks.light_curves import LightCurve
 
 
 @app.command(
@@ -114,7 +115,7 @@ def light_curve(
     viewer = (camera if chosen else replace(camera, velocity="static")).viewer()
     began = time.perf_counter()
     with plain_errors({"camera": "inclination"}), progress() as report:
-        from kerrcaustics.moving_sources.light_curve import light_curve as follow
+        from kerrcaustics.light_curves.light_curve import light_curve as follow
         from kerrcaustics.results import storage
         from kerrcaustics.results.records import record
 
@@ -125,8 +126,8 @@ def light_curve(
         if film is not None and kind != "spot":
             raise BadInput("Argument --film must be used with a spot.")
         clock: Any = times if during is None else np.linspace(*during, times)
-        asked: dict[str, Any] = {"crossings": crossings, "motion": motion, "power": power, "source": kind}
-        light: Any = follow(viewer, way, clock, max_index=max_index, size=size, **asked, progress=report)
+        given = {"size": size, "crossings": crossings, "motion": motion, "power": power}
+        light: Any = follow(viewer, way, clock, source=_shining(kind, given), max_index=max_index, progress=report)
         seconds = time.perf_counter() - began
         if save is not None:
             storage.save(save, light)
@@ -147,6 +148,19 @@ def light_curve(
     common.say_files(figure=figure, film=film, table=table, saved=save)
     if not light.certified:
         stop(1, "Not all images are certified: see the remarks.")
+
+
+def _shining(kind: str, given: dict[str, Any]) -> "str | Ball | Spot":
+    """A kind of source with its properties; BadInput for a property that it has not."""
+    from kerrcaustics.light_curves.sources import Ball, Spot
+
+    record: Any = {"ball": Ball, "spot": Spot}.get(kind)
+    chosen = {name: value for name, value in given.items() if value is not None}
+    for name in chosen:
+        if record is None or name not in record.__dataclass_fields__:
+            users = "a ball or a spot" if name == "size" else "a spot"
+            raise BadInput(f"Argument --{name} must be left out for a {kind}, as only {users} has it.")
+    return kind if record is None else record(**chosen)
 
 
 def _orbit(text: str) -> "float | Orbit":

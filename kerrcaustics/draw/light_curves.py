@@ -24,7 +24,7 @@ from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.isoradials import Isoradial, isoradials
 
 if TYPE_CHECKING:
-    from kerrcaustics.tracks.light_curves import LightCurve, SpotEvent
+    from kerrcaustics.light_curves.spot_curve import LightCurve, SpotEvent
 
 Array = np.ndarray
 

@@ -31,7 +31,8 @@ from kerrcaustics.draw.source_light import show_flux as show_source_flux
 from kerrcaustics.draw.titles import viewer_in_words
 from kerrcaustics.draw.waves import amplification_curve, intensity
 from kerrcaustics.images.derivatives import ImageDerivatives
-from kerrcaustics.moving_sources.source_light import SourceLightCurve
+from kerrcaustics.light_curves.source_light import SourceLightCurve
+from kerrcaustics.light_curves.spot_curve import LightCurve
 from kerrcaustics.results.declared import Items
 from kerrcaustics.scenes.disk.profile import LineProfile
 from kerrcaustics.scenes.raster import Raster
@@ -44,7 +45,6 @@ from kerrcaustics.spacetime.checks import one_of
 from kerrcaustics.spacetime.shadow import shadow_axes, shadow_edge
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.event_derivatives import EventDerivatives
-from kerrcaustics.tracks.light_curves import LightCurve
 
 Array = np.ndarray
 

@@ -37,7 +37,8 @@ from kerrcaustics.draw.titles import viewer_in_words
 from kerrcaustics.draw.tracks import stretches, tracks_legend, tracks_on_sky
 from kerrcaustics.images.counts import CountMap, ImageCounts
 from kerrcaustics.images.images import StarImages
-from kerrcaustics.moving_sources.source_light import SourceEvent
+from kerrcaustics.light_curves.source_light import SourceEvent
+from kerrcaustics.light_curves.spot_curve import SpotEvent
 from kerrcaustics.scenes.catalogue import StarCatalogue
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.raster import Raster
@@ -50,7 +51,6 @@ from kerrcaustics.tracks.circles import CircleCurve, CircleImages
 from kerrcaustics.tracks.events import PairEvent, PairEvents
 from kerrcaustics.tracks.following import FollowedStar
 from kerrcaustics.tracks.isoradials import Isoradial
-from kerrcaustics.tracks.light_curves import SpotEvent
 from kerrcaustics.tracks.lines import LineCrossings
 from kerrcaustics.tracks.tracks import StarTracks, Track
 

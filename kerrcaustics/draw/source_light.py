@@ -14,7 +14,7 @@ from kerrcaustics.draw.titles import viewer_in_words
 from kerrcaustics.spacetime.shadow import shadow_edge
 
 if TYPE_CHECKING:
-    from kerrcaustics.moving_sources.source_light import SourceLightCurve
+    from kerrcaustics.light_curves.source_light import SourceLightCurve
 
 
 def source_light_figure(light: "SourceLightCurve") -> Figure:

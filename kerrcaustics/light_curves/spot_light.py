@@ -25,7 +25,7 @@ _PIECES, _DEVIATIONS = 16, 7
 _LONGEST, _MOST_LINES, _ROUNDS = 0.03, 20_000, 6
 
 
-class Spot(NamedTuple):
+class CirclingSpot(NamedTuple):
     """A spot on a circular orbit: its angular velocity in coordinate time, and the power of g by which it shines."""
 
     radius: float
@@ -70,7 +70,7 @@ class SplinedCurve(NamedTuple):
     winds: int
 
 
-def orbit_image(lens_map: LensMap, arcs: Arcs, spot: Spot, points: int) -> OrbitImage | None:
+def orbit_image(lens_map: LensMap, arcs: Arcs, spot: CirclingSpot, points: int) -> OrbitImage | None:
     """The image of an orbit, at points between which its phase changes little; None if some were not found."""
     image = _points(lens_map, arcs, spot, even_phases(lens_map.viewer, np.arange(points) / points))
     for _ in range(_ROUNDS):
@@ -87,7 +87,9 @@ def orbit_image(lens_map: LensMap, arcs: Arcs, spot: Spot, points: int) -> Orbit
     return None if image is None else replace(image, azimuth=np.unwrap(image.azimuth))
 
 
-def _points(lens_map: LensMap, arcs: Arcs, spot: Spot, edge_phase: Float[Array, " points"]) -> OrbitImage | None:
+def _points(
+    lens_map: LensMap, arcs: Arcs, spot: CirclingSpot, edge_phase: Float[Array, " points"]
+) -> OrbitImage | None:
     points = arcs.at(edge_phase)
     if not (points.index >= 0).all():
         return None
@@ -105,7 +107,7 @@ def _parts(image: OrbitImage, orbital: float) -> Int[Array, " points"]:
     return np.clip(np.ceil(np.abs(change) / _LONGEST), 1, 8).astype(int)
 
 
-def splined(image: OrbitImage, spot: Spot, step: int) -> SplinedCurve:
+def splined(image: OrbitImage, spot: CirclingSpot, step: int) -> SplinedCurve:
     """An image of the orbit by every so many of its points."""
     gained = image.azimuth[-1] - image.azimuth[0]
     winds = round((gained + np.angle(np.exp(1j * (image.azimuth[0] - image.azimuth[-1])))) / (2 * math.pi))

@@ -7,25 +7,25 @@ from typing import Any, Literal, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.choices import SpotMotion, either
 from kerrcaustics.images.images import checked_index
 from kerrcaustics.lens_map.search_sky import search_sky
-from kerrcaustics.moving_sources.arrivals import Source
-from kerrcaustics.moving_sources.ball_light import ball_shares
-from kerrcaustics.moving_sources.balls import Ball
-from kerrcaustics.moving_sources.image_curves import image_curves, searched
-from kerrcaustics.moving_sources.seen_images import seen_images
-from kerrcaustics.moving_sources.source_light import SourceLightCurve, source_light_curve
+from kerrcaustics.light_curves.arrivals import Source
+from kerrcaustics.light_curves.ball_light import ball_shares
+from kerrcaustics.light_curves.balls import MovingBall
+from kerrcaustics.light_curves.image_curves import image_curves, searched
+from kerrcaustics.light_curves.seen_images import seen_images
+from kerrcaustics.light_curves.source_light import SourceLightCurve, source_light_curve
+from kerrcaustics.light_curves.sources import Ball, Spot
+from kerrcaustics.light_curves.spot_curve import LightCurve, clock_of, spot_light_curve
 from kerrcaustics.orbits.motions import BodyMotion, Path
 from kerrcaustics.orbits.orbit import Orbit, checked_places, ending, orbit_of
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import left_out, one_of, quoted, whole_number
+from kerrcaustics.spacetime.checks import left_out, one_of, whole_number
 from kerrcaustics.spacetime.sphere import from_angles, lengths
-from kerrcaustics.spacetime.viewer import Viewer, check_viewer, finite_number
-from kerrcaustics.tracks.light_curves import LightCurve, clock_of, spot_light_curve
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
 
@@ -37,16 +37,14 @@ _HALF_TURN = 17.0
 _SLACK, _SHIFTS = 0.05, 8
 # An orbit comes from the horizon where it is within this factor of its radius, and cannot be followed so far back.
 _LEAVES, _LONG_AGO = 1.05, 1000.0
+# Highest Morse index, if nothing is said.
+_HIGHEST = 2
 # A ball is smaller than this part of its radius from the hole.
 _LARGEST = 0.1
 # Places at which the orbit is checked, and the sine of an angle from an axis that is rounding.
 _CHECKED, _ON_AXIS = 500, 1e-12
-# The settings of each kind of source, and their values if they are left out.
-_SETTINGS: dict[str, dict[str, Any]] = {
-    "point": {"max_index": 2, "searches": None},
-    "ball": {"max_index": 2, "searches": None, "size": 0.1},
-    "spot": {"size": 0.1, "crossings": 4, "motion": "circular", "power": 4.0, "points": 720},
-}
+# Kinds of sources by name: what each is if nothing else is said.
+_KINDS: dict[str, type[Ball | Spot] | None] = {"point": None, "ball": Ball, "spot": Spot}
 
 
 @overload
@@ -55,12 +53,9 @@ def light_curve(
     orbit: float,
     times: ArrayLike | int = 200,
     *,
-    source: Literal["spot"] | None = None,
+    source: Literal["spot"] | Spot | None = None,
     size: float | None = None,
     crossings: int | None = None,
-    motion: SpotMotion | None = None,
-    power: float | None = None,
-    points: int | None = None,
     progress: Progress | bool | None = None,
 ) -> LightCurve: ...
 
@@ -71,7 +66,7 @@ def light_curve(
     orbit: float | Orbit | Path,
     times: ArrayLike | int = 200,
     *,
-    source: Literal["point", "ball"] | None = None,
+    source: Literal["point", "ball"] | Ball | None = None,
     max_index: int | None = None,
     searches: int | None = None,
     size: float | None = None,
@@ -86,14 +81,11 @@ def light_curve(
     orbit: float | Orbit | Path,
     times: ArrayLike | int = 200,
     *,
-    source: str | None = None,
+    source: str | Ball | Spot | None = None,
     max_index: int | None = None,
     searches: int | None = None,
     size: float | None = None,
     crossings: int | None = None,
-    motion: str | None = None,
-    power: float | None = None,
-    points: int | None = None,
     progress: Progress | bool | None = None,
 ) -> SourceLightCurve | LightCurve:
     """The light of a source on an orbit, image by image: a point or a ball on any orbit, or a small spot in a disk.
@@ -109,27 +101,18 @@ def light_curve(
     times : (t,) array or int
         Times of the camera (units of the mass); a whole number is the number of times over one orbit, if it has a
         period.
-    source : str, optional
-        "point", "ball" or "spot". By default a spot if `orbit` is a radius, else a point.
+    source : str, Ball or Spot, optional
+        "point", "ball" or "spot", or a `Ball` or a `Spot` with properties of its own. By default a spot if `orbit` is a
+        radius, else a point.
     max_index : int, optional
         For a point or a ball: highest Morse index of its images, at most 6; 2 by default.
     searches : int, optional
         For a point or a ball: number of moments at which all images are searched for, 2 to 2000; by default one for
         every 14 degrees of its path.
     size : float, optional
-        In units of the mass, 0.1 by default. For a ball, its radius in its own frame, below a tenth of its distance
-        from the hole. For a spot, the standard deviation of its Gaussian profile along its orbit; across the orbit it
-        is small.
+        For "ball" and "spot": as of `Ball` and `Spot`, 0.1 by default.
     crossings : int, optional
-        For a spot: number of crossings of the plane that contribute to the light, 4 by default.
-    motion : str, optional
-        For a spot: "circular" (prograde, the default) or "retrograde".
-    power : float, optional
-        For a spot: the intensity scales as the frequency ratio g to this power: by default 4, for the light of all
-        frequencies; 3 + alpha in one band for a spectrum that falls as the frequency to the power of -alpha.
-    points : int, optional
-        For a spot: initial number of points on each image of the orbit, 720 by default; more follow where the azimuth
-        changes fast along it.
+        For "spot": as of `Spot`, 4 by default.
     progress : callable or bool, optional
         As for `caustics`.
 
@@ -178,46 +161,53 @@ def light_curve(
     >>> kc.light_curve(camera, fall, [30.0, 60.0], max_index=1).certified
     True
     """
-    if source is None:
-        source = "point" if isinstance(orbit, Orbit) or callable(orbit) else "spot"
-    one_of("source", source, _SETTINGS)
-    given = {"max_index": max_index, "searches": searches, "size": size, "crossings": crossings}
-    settings = _settings_of(source, given | {"motion": motion, "power": power, "points": points})
-    if source == "spot":
+    shining = _shining(source, isinstance(orbit, Orbit) or callable(orbit), size, crossings)
+    if isinstance(shining, Spot):
+        for name, value in (("max_index", max_index), ("searches", searches)):
+            left_out(name, value, "for a spot, as only a point or a ball has it")
         radius: Any = orbit
-        return spot_light_curve(camera, radius, times, **settings)
-    return _light_of_body(camera, orbit, times, **settings)
+        return spot_light_curve(camera, radius, times, shining)
+    highest = _HIGHEST if max_index is None else max_index
+    return _light_of_body(camera, orbit, times, highest, searches, 0.0 if shining is None else shining.size)
 
 
-def _settings_of(source: str, given: dict[str, Any]) -> dict[str, Any]:
-    """The settings of a kind of source; ValueError if one is given that it has no use for."""
-    for name, value in given.items():
-        if name not in _SETTINGS[source]:
-            users = either([kind for kind, names in _SETTINGS.items() if name in names])
-            left_out(name, value, f"for a {source}, as only a {users} has it")
-    return {name: default if given[name] is None else given[name] for name, default in _SETTINGS[source].items()}
+def _shining(source: Any, free: bool, size: float | None, crossings: int | None) -> Ball | Spot | None:
+    """What shines: None for a point; ValueError for arguments that the source has no use for.
+
+    free: True for an orbit that is no circle in the plane.
+    """
+    given = {"size": size, "crossings": crossings}
+    if isinstance(source, Ball | Spot):
+        for name, value in given.items():
+            left_out(name, value, f"beside `source={source}`, which has its own")
+        return source
+    name = ("point" if free else "spot") if source is None else source
+    one_of("source", name, _KINDS)
+    kind = _KINDS[name]
+    fields = () if kind is None else kind.__dataclass_fields__
+    users = {"size": "a ball or a spot", "crossings": "a spot"}
+    for setting, value in given.items():
+        if setting not in fields:
+            left_out(setting, value, f"for a {name}, as only {users[setting]} has it")
+    return None if kind is None else kind(**{setting: value for setting, value in given.items() if value is not None})
 
 
 def _light_of_body(
     camera: Viewer,
     orbit: float | Orbit | Path,
     times: ArrayLike | int,
-    *,
     max_index: int,
     searches: int | None,
-    size: float | None = None,
+    size: float,
 ) -> SourceLightCurve:
-    """The light curve of a point, or of a ball of some size, after the checks of the arguments."""
+    """The light curve of a point, size 0, or of a ball, after the checks of the arguments."""
     check_viewer(camera)
     way, highest = orbit_of("orbit", orbit), checked_index(max_index)
     count = None if searches is None else whole_number("searches", searches, 2, 2000)
     if isinstance(times, int | np.integer) and way.period is None:
         raise ValueError("Argument `times` must be an array of times, as this orbit has no period.")
     clock = clock_of(times, math.nan if way.period is None else way.period(camera.spin))
-    wide = 0.0 if size is None else finite_number("size", size)
-    if size is not None and not wide > 0:
-        raise ValueError(f"Argument `size` must be positive, but is {quoted(size)}.")
-    return _light_of_orbit(camera, way, clock, highest, count, wide)
+    return _light_of_orbit(camera, way, clock, highest, count, size)
 
 
 def _light_of_orbit(
@@ -229,7 +219,7 @@ def _light_of_orbit(
     curves = image_curves(source, moments, highest)
     wanted = [_lived(branch.points.arrival, times) for branch in curves.branches]
     point_images = seen_images(source, list(curves.branches), [times[which] for which in wanted])
-    ball = ball_shares(Ball(source, size, highest), curves, times, wanted, point_images) if size else None
+    ball = ball_shares(MovingBall(source, size, highest), curves, times, wanted, point_images) if size else None
     return source_light_curve(source, orbit, times, curves, wanted, point_images, ball, size)
 
 

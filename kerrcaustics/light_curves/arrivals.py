@@ -20,7 +20,7 @@ from kerrcaustics.beams.spheres import Spheres
 from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.lens_map.search_sky import TOLERANCE, SearchSky
 from kerrcaustics.lens_map.sky_chart import Chart, chart_of
-from kerrcaustics.moving_sources.bent_steps import bent_step
+from kerrcaustics.light_curves.bent_steps import bent_step
 from kerrcaustics.orbits.motions import BodyMotion, BodyPlaces
 from kerrcaustics.orbits.orbit import clock_rates
 from kerrcaustics.shapes import Bool, Float

@@ -7,10 +7,10 @@ import numpy as np
 
 from kerrcaustics.astronomy.row_tables import TimeTable
 from kerrcaustics.choices import event_kind
-from kerrcaustics.moving_sources.arrivals import Source
-from kerrcaustics.moving_sources.ball_light import BallShares
-from kerrcaustics.moving_sources.image_curves import ImageCurves, Turn
-from kerrcaustics.moving_sources.seen_images import SeenImages
+from kerrcaustics.light_curves.arrivals import Source
+from kerrcaustics.light_curves.ball_light import BallShares
+from kerrcaustics.light_curves.image_curves import ImageCurves, Turn
+from kerrcaustics.light_curves.seen_images import SeenImages
 from kerrcaustics.orbits.orbit import UNSTABLE, Orbit
 from kerrcaustics.results.declared import Shown, derived, quantity, result
 from kerrcaustics.shapes import Float

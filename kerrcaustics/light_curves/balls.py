@@ -18,10 +18,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kerrcaustics.moving_sources.arrivals import Arrivals, Source, along_sky, solved
-from kerrcaustics.moving_sources.ball_distance import separation
-from kerrcaustics.moving_sources.seen_images import size_and_ratio
-from kerrcaustics.moving_sources.walks import replaced
+from kerrcaustics.light_curves.arrivals import Arrivals, Source, along_sky, solved
+from kerrcaustics.light_curves.ball_distance import separation
+from kerrcaustics.light_curves.seen_images import size_and_ratio
+from kerrcaustics.light_curves.walks import replaced
 from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.kerr import horizon_product
 from kerrcaustics.spacetime.rows import Rows
@@ -140,7 +140,7 @@ def _product(
 
 
 @dataclass(frozen=True)
-class Ball:
+class MovingBall:
     """A ball on its orbit. size: its radius; highest: Morse index up to which its light is taken."""
 
     source: Source

@@ -11,7 +11,7 @@ centroid and the mean travel time of that light.
 """
 
 import math
-from typing import NamedTuple, get_args
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,19 +19,20 @@ from numpy.typing import ArrayLike
 from kerrcaustics.astronomy.row_tables import TimeTable
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.beams.ends import EquatorialPlane
-from kerrcaustics.choices import SpotMotion, event_kind
+from kerrcaustics.choices import event_kind
 from kerrcaustics.images.circle_arcs import Arcs
 from kerrcaustics.lens_map.domains import Ring
 from kerrcaustics.lens_map.lens_map import LensMap
+from kerrcaustics.light_curves.sources import Spot
+from kerrcaustics.light_curves.spot_light import CirclingSpot, orbit_image, received, splined
 from kerrcaustics.results.declared import Shown, quantity, result
 from kerrcaustics.results.progress import in_steps
 from kerrcaustics.shapes import Float
-from kerrcaustics.spacetime.checks import numbers, one_of, quoted, real_number, whole_number
+from kerrcaustics.spacetime.checks import numbers, quoted, whole_number
 from kerrcaustics.spacetime.viewer import Viewer, finite_number
 from kerrcaustics.tracks.arc_tracks import node_errors
 from kerrcaustics.tracks.events import arc_events
 from kerrcaustics.tracks.isoradials import arcs_seen, check_circles
-from kerrcaustics.tracks.spot_light import Spot, orbit_image, received, splined
 
 Array = np.ndarray
 
@@ -100,25 +101,13 @@ class LightCurve(TimeTable):
     remarks: tuple[str, ...] = quantity("", "", "remarks on what is in doubt; empty when certified")
 
 
-def spot_light_curve(
-    camera: Viewer,
-    orbit: float,
-    times: ArrayLike | int,
-    *,
-    size: float,
-    crossings: int,
-    motion: str,
-    power: float,
-    points: int,
-) -> LightCurve:
+def spot_light_curve(camera: Viewer, orbit: float, times: ArrayLike | int, source: Spot) -> LightCurve:
     """The light of a small spot on a circular orbit in the equatorial plane, for `kerrcaustics.light_curve`."""
-    spot = _checked_spot(camera, orbit, size, motion, power)
-    crossings, points = whole_number("crossings", crossings, 1, 12), whole_number("points", points, 16, 100_000)
+    spot, points = _circling(camera, orbit, source), source.points
     clock = clock_of(times, spot.period)
     Ring(camera, EquatorialPlane(1)).check()
-    images = [
-        _seen(camera, spot, crossing, clock, points) for crossing in in_steps("crossing", range(1, crossings + 1))
-    ]
+    crossings = in_steps("crossing", range(1, source.crossings + 1))
+    images = [_seen(camera, spot, crossing, clock, points) for crossing in crossings]
     fine, coarse = (np.stack([image.received[i] for image in images]) for i in (0, 1))
     shares, late_error = fine[..., 0], [image.late_error for image in images]
     flux, (centroid, coarse_centroid) = shares.sum(axis=0), (_centroid(part) for part in (fine, coarse))
@@ -146,18 +135,13 @@ def spot_light_curve(
     )
 
 
-def _checked_spot(camera: Viewer, orbit: float, size: float, motion: str, power: float) -> Spot:
-    """The spot that the arguments describe."""
-    one_of("motion", motion, get_args(SpotMotion))
-    if not math.isfinite(real_number("power", power)):
-        raise ValueError(f"Argument `power` must be a finite number, but is {quoted(power)}.")
-    if not 0 < real_number("size", size) < math.inf:
-        raise ValueError(f"Argument `size` must be a positive, finite length, but is {quoted(size)}.")
+def _circling(camera: Viewer, orbit: float, source: Spot) -> CirclingSpot:
+    """A spot on its orbit; ValueError for a radius at which nothing circles."""
     radius = float(check_circles(camera, "orbit", finite_number("orbit", orbit))[0])
-    emitter = EMITTERS[motion](camera.spin, radius, 0.0)
+    emitter = EMITTERS[source.motion](camera.spin, radius, 0.0)
     if not emitter.slowness > 0:
         raise ValueError(f"Argument `orbit` must be the radius of a circular orbit, but is {radius:g}.")
-    return Spot(radius, float(size), motion, float(emitter.orbital), float(power))
+    return CirclingSpot(radius, source.size, source.motion, float(emitter.orbital), source.power)
 
 
 def clock_of(times: ArrayLike | int, period: float) -> Float[Array, " t"]:
@@ -180,7 +164,7 @@ class _Image(NamedTuple):
     remarks: tuple[str, ...]
 
 
-def _seen(viewer: Viewer, spot: Spot, crossing: int, clock: Float[Array, " t"], points: int) -> _Image:
+def _seen(viewer: Viewer, spot: CirclingSpot, crossing: int, clock: Float[Array, " t"], points: int) -> _Image:
     """The light of one crossing at times: of an image that could not be followed NaN."""
     lens_map = LensMap(viewer, EquatorialPlane(crossing, spot.motion))
     arcs = arcs_seen(viewer, crossing, spot.radius)
@@ -217,7 +201,7 @@ def _mean_time(light: Float[Array, "crossings times columns"]) -> Float[Array, "
         return light[..., -1] / light[..., 0]
 
 
-def _events(lens_map: LensMap, arcs: Arcs, spot: Spot) -> list[SpotEvent]:
+def _events(lens_map: LensMap, arcs: Arcs, spot: CirclingSpot) -> list[SpotEvent]:
     """The folds of an image of the orbit, at which the azimuth turns back along it."""
     light = lens_map.seen(arcs.low.sky)
     errors = lens_map.errors(arcs.low.sky, node_errors(arcs, light.beams))[arcs.folded]

@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
-from kerrcaustics.moving_sources.arrivals import along_sky, solved
-from kerrcaustics.moving_sources.balls import Ball, Passes, Sights
+from kerrcaustics.light_curves.arrivals import along_sky, solved
+from kerrcaustics.light_curves.balls import MovingBall, Passes, Sights
 from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.sphere import tangent_basis
 
@@ -23,7 +23,7 @@ _RAYS = 14
 _EVEN = 1.3
 
 
-def even_light(ball: Ball, sights: Sights) -> tuple[Float[Array, " n"], Float[Array, " n"], Bool[Array, " n"]]:
+def even_light(ball: MovingBall, sights: Sights) -> tuple[Float[Array, " n"], Float[Array, " n"], Bool[Array, " n"]]:
     """Flux of images, its error, and True where the image is even enough for it.
 
     The error is the largest change with every other ray, that of the polynomial, and the part by which the rays bend.

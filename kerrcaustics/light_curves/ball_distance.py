@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kerrcaustics.moving_sources.arrivals import Arrivals
+from kerrcaustics.light_curves.arrivals import Arrivals
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.kerr import horizon_product
 from kerrcaustics.spacetime.sphere import polar_basis

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kerrcaustics.moving_sources.arrivals import Source
-from kerrcaustics.moving_sources.balls import Ball, Sights, SlicedImage, axes_at
-from kerrcaustics.moving_sources.even_light import even_light
-from kerrcaustics.moving_sources.image_curves import ImageCurves
-from kerrcaustics.moving_sources.seen_images import SeenImages
+from kerrcaustics.light_curves.arrivals import Source
+from kerrcaustics.light_curves.balls import MovingBall, Sights, SlicedImage, axes_at
+from kerrcaustics.light_curves.even_light import even_light
+from kerrcaustics.light_curves.image_curves import ImageCurves
+from kerrcaustics.light_curves.seen_images import SeenImages
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.sphere import lengths
 
@@ -49,7 +49,7 @@ class _Part:
 
 
 def ball_shares(
-    ball: Ball,
+    ball: MovingBall,
     curves: ImageCurves,
     times: Float[Array, " t"],
     wanted: list[Array],
@@ -85,7 +85,7 @@ def ball_shares(
     if curves.turns:
         points = curves.turns[0].point.joined(*(turn.point for turn in curves.turns[1:]))
         folds = _sights(ball.source, points.sky, points.time, points.arrival, points.second)
-        parts += _outside(ball, curves, times, np.abs(ball.passes(folds).by_time[:, 1] / points.rate))
+        parts += _parts_beside_events(ball, curves, times, np.abs(ball.passes(folds).by_time[:, 1] / points.rate))
     return _with_parts(ball, curves, times, parts, (flux, error, sky), folds)
 
 
@@ -93,7 +93,9 @@ def _sights(source: Source, sky: Array, emitted: Array, wanted: Array, second: A
     return Sights(sky, emitted, wanted, second, axes_at(source.arrivals(sky, emitted, second)))
 
 
-def _outside(ball: Ball, curves: ImageCurves, times: Float[Array, " t"], speeds: Float[Array, " turns"]) -> list[_Part]:
+def _parts_beside_events(
+    ball: MovingBall, curves: ImageCurves, times: Float[Array, " t"], speeds: Float[Array, " turns"]
+) -> list[_Part]:
     """Folds that the ball covers while its middle is outside: before a creation, after an annihilation.
 
     speeds: of the ball across each, by the viewer's time.
@@ -111,7 +113,7 @@ def _outside(ball: Ball, curves: ImageCurves, times: Float[Array, " t"], speeds:
 
 
 def _with_parts(
-    ball: Ball,
+    ball: MovingBall,
     curves: ImageCurves,
     times: Float[Array, " t"],
     parts: list[_Part],

@@ -13,8 +13,8 @@ import numpy as np
 from kerrcaustics.beams.spheres import Sphere
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.search import ImageSearch, SkyImages
-from kerrcaustics.moving_sources.arrivals import Source
-from kerrcaustics.moving_sources.walks import CurvePoints, Walk, turning_points, walk
+from kerrcaustics.light_curves.arrivals import Source
+from kerrcaustics.light_curves.walks import CurvePoints, Walk, turning_points, walk
 from kerrcaustics.results.progress import in_steps
 from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.sphere import lengths

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kerrcaustics.moving_sources.arrivals import Arrivals, Source, solved
-from kerrcaustics.moving_sources.bent_steps import bent_way, between
-from kerrcaustics.moving_sources.image_curves import Branch
-from kerrcaustics.moving_sources.walks import CurvePoints
+from kerrcaustics.light_curves.arrivals import Arrivals, Source, solved
+from kerrcaustics.light_curves.bent_steps import bent_way, between
+from kerrcaustics.light_curves.image_curves import Branch
+from kerrcaustics.light_curves.walks import CurvePoints
 from kerrcaustics.orbits.orbit import clock_rates
 from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.frame import redshift

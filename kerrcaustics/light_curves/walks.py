@@ -10,8 +10,8 @@ from typing import TypeVar
 import numpy as np
 
 from kerrcaustics.lens_map.sky_chart import Chart
-from kerrcaustics.moving_sources.arrivals import Arrivals, Source, solved
-from kerrcaustics.moving_sources.bent_steps import bent_step, bent_way, carried
+from kerrcaustics.light_curves.arrivals import Arrivals, Source, solved
+from kerrcaustics.light_curves.bent_steps import bent_step, bent_way, carried
 from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import lengths, tangent_basis
