@@ -127,7 +127,8 @@ def light_curve(
             raise BadInput("Argument --film must be used with a spot.")
         clock: Any = times if during is None else np.linspace(*during, times)
         given = {"size": size, "crossings": crossings, "motion": motion, "power": power}
-        light: Any = follow(viewer, way, clock, source=_shining(kind, given), max_index=max_index, progress=report)
+        shining: Any = _shining(kind, given)
+        light: Any = follow(viewer, way, clock, source=shining, max_index=max_index, progress=report)
         seconds = time.perf_counter() - began
         if save is not None:
             storage.save(save, light)
