@@ -28,7 +28,6 @@ from kerrcaustics.cli.terminal import place_of, plain_errors, progress, say, say
 
 if TYPE_CHECKING:
     from kerrcaustics.light_curves.source_light import SourceLightCurve
-    from kerrcaustics.light_curves.sources import Ball, Spot
     from kerrcaustics.light_curves.spot_curve import LightCurve
     from kerrcaustics.orbits.orbit import Orbit
 
@@ -126,8 +125,7 @@ def light_curve(
         if film is not None and kind != "spot":
             raise BadInput("Argument --film must be used with a spot.")
         clock: Any = times if during is None else np.linspace(*during, times)
-        given = {"size": size, "crossings": crossings, "motion": motion, "power": power}
-        shining: Any = _shining(kind, given)
+        shining = _shining(kind, {"size": size, "crossings": crossings, "motion": motion, "power": power})
         light: Any = follow(viewer, way, clock, source=shining, max_index=max_index, progress=report)
         seconds = time.perf_counter() - began
         if save is not None:
@@ -151,7 +149,7 @@ def light_curve(
         stop(1, "Not all images are certified: see the remarks.")
 
 
-def _shining(kind: str, given: dict[str, Any]) -> "str | Ball | Spot":
+def _shining(kind: str, given: dict[str, Any]) -> Any:
     """A kind of source with its properties; BadInput for a property that it has not."""
     from kerrcaustics.light_curves.sources import Ball, Spot
 
