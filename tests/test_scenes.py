@@ -373,3 +373,14 @@ def test_a_star_on_the_seam_of_a_whole_sky_keeps_its_light():
         star = kc.skies.StarCatalogue(from_angles(np.array([1.4]), phi), np.zeros(1), np.zeros(1))
         sums.append(kc.skies.celestial_picture(kc.skies.StarField(star, np.eye(3), band=0), 90).sum())
     assert sums == pytest.approx([sums[1]] * 3, rel=1e-12)
+
+
+@pytest.mark.parametrize("sky", [kc.skies.Checkerboard(), kc.skies.StarField()], ids=["board", "stars"])
+def test_a_picture_of_the_shadow_alone_is_black(sky):
+    """No cell of its map sees the sky: at rest, and while the camera moves."""
+    cameras = [kc.Camera(0.9, radius, 1.3, "fiducial") for radius in (3.0, 3.01, 3.02)]
+    views = [kc.pictures.View.toward_hole(camera, 24, 14, 1.0) for camera in cameras]
+    motion = kc.pictures.ShutterMotion((cameras[0], cameras[2]), (views[0], views[2]))
+    for how in ({}, {"quality": "draft"}, {"motion": motion}, {"beaming": True, "colour_shift": True}):
+        rendering = kc.render(cameras[1], views[1], sky, **how)
+        assert not rendering.light.any() and not rendering.visible_fraction.any()

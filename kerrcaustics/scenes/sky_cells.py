@@ -106,7 +106,9 @@ class Patches:
         columns = [
             part.reshape(-1, size) for part, size in ((cells.data if data is None else data, 36), (cells.curving, 9))
         ]
-        self._table = kernel("cell_polynomials").on_rays((), (cells.x, cells.y, cells.size, *columns))
+        table = kernel("cell_polynomials").on_rays((), (cells.x, cells.y, cells.size, *columns))
+        # Kernels read tables of a row or more; without cells no place asks for it.
+        self._table = table if len(table) else np.zeros((1, table.shape[1]))
 
     def values(self, places: CellPlaces) -> Float[Array, "m 3"]:
         """The values (m, 3) of the patches."""
