@@ -6,7 +6,7 @@ with the light that its magnification gives it.
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,11 +14,9 @@ from numpy.typing import ArrayLike
 from kerrcaustics.scenes.colour import ResponseLike, shifted_light
 from kerrcaustics.scenes.footprint import Footprint, turned
 from kerrcaustics.scenes.raster import Raster
+from kerrcaustics.scenes.star_bins import StarBins
 from kerrcaustics.scenes.unresolved_stars import StarLayer, faded, limits
 from kerrcaustics.shapes import Bool, Float, Int
-
-if TYPE_CHECKING:
-    from scipy.spatial import KDTree
 
 Array = np.ndarray
 
@@ -41,16 +39,18 @@ class PointLights:
     limit: Array | None = None
 
     @cached_property
-    def tree(self) -> "KDTree":
-        """A tree of the directions, for searches by distance."""
-        from scipy.spatial import KDTree
-
-        return KDTree(self.direction)
-
-    @cached_property
     def limits(self) -> Float[Array, " stars"]:
         """Solid angles (n,) that a pixel sees where their images begin to fade."""
         return limits(self.flux) if self.limit is None else self.limit
+
+    @cached_property
+    def bins(self) -> list[tuple[float, StarBins]]:
+        """For each limit, where images of some stars begin to fade: those that fade there or later, by their places."""
+        found = []
+        for limit in np.unique(self.limits).tolist():
+            which = np.flatnonzero(self.limits >= limit)
+            found.append((limit, StarBins.of(self.direction[which], which)))
+        return found
 
     @cached_property
     def layers(self) -> list[StarLayer]:
@@ -93,6 +93,10 @@ class Imaged(NamedTuple):
     steps: Array
     curving: Array
     rate: Array
+
+    def part(self, which: Array) -> "Imaged":
+        """The chosen images."""
+        return Imaged(*(part[which] for part in self))
 
 
 def steps_to(

@@ -23,7 +23,7 @@ from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_cells import SkyCells, resolved
 from kerrcaustics.scenes.sky_charts import ROOT, CapChart, EdgeChart
 from kerrcaustics.scenes.sky_map import TOLERANCE, Cut, chart_cells, ray_directions, slopes
-from kerrcaustics.scenes.unresolved_stars import BRIGHTEST, footing, last_seen
+from kerrcaustics.scenes.unresolved_stars import BRIGHTEST, footing
 from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.spacetime.viewer import Viewer
@@ -234,16 +234,6 @@ class _SearchedChart(NamedTuple):
     nearest: float
     same: float
 
-    def _points(self, lights: PointLights, pool: Executor) -> Imaged:
-        """Images on the chart."""
-        found = []
-        for limit in np.unique(lights.limits).tolist():
-            which = np.flatnonzero(lights.limits == limit)
-            some, near = lights.some(which, 0.0), self.least < last_seen(limit)
-            images = self.search.images(some, np.zeros(len(which)), pool, near)
-            found.append(images._replace(star=which[images.star]))
-        return Imaged(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
-
     def _refined(self, camera: Viewer, points: Imaged, lights: PointLights) -> Imaged:
         """Images at places of the map itself, which the chart knows about: where there is one of the same parity."""
         place, target, length = points.place.copy(), lights.direction[points.star], np.full(len(points.star), np.inf)
@@ -271,14 +261,15 @@ class _SearchedChart(NamedTuple):
         self, camera: Viewer, lights: PointLights, view: Raster, accepts: Callable[[Array], Array], pool: Executor
     ) -> PictureImages:
         """Images as a picture shows them, at places that are accepted."""
-        points = self._refined(camera, self._points(lights, pool), lights)
+        found = self.search.images(lights, np.zeros(len(lights.direction)), pool, self.least)
+        points = self._refined(camera, found, lights)
         if self.plane is self.edge:
             points = _wrapped(points, self.plane.width)
-        points = Imaged(*(part[distinct(points.star, points.place, points.steps)] for part in points))
+        points = points.part(distinct(points.star, points.place, points.steps))
         sky, chart_steps = self.plane.directions(*points.place.T)
         place = view.pixels(sky)
         accepted = np.flatnonzero(accepts(place))
-        points = Imaged(*(part[accepted] for part in points))
+        points = points.part(accepted)
         sky, chart_steps, place = sky[accepted], chart_steps[accepted], place[accepted]
         magnification = view.solid_angle(chart_steps) * view.lengths(sky) ** 2 / points.area
         moving = _converted(chart_steps, points.steps, view.directions(*place.T)[1])
