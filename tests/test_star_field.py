@@ -9,7 +9,7 @@ import pytest
 import kerrcaustics as kc
 from kerrcaustics.scenes.catalogue import galactic_axes
 from kerrcaustics.scenes.colour import luminance
-from kerrcaustics.scenes.star_bins import StarBins, spread
+from kerrcaustics.scenes.star_bins import item_numbers, star_bins
 from kerrcaustics.scenes.star_field import milky_way
 from kerrcaustics.spacetime.sphere import from_angles, unit
 
@@ -218,9 +218,9 @@ def test_bins_hold_every_star_of_a_disc_once():
     stars, centre = (unit(rng.normal(size=(count, 3))) for count in (3000, 400))
     centre[:9] = unit(centre[:9] * [1e-3, 1e-3, 1])
     radius = 10 ** rng.uniform(-3, 0.3, 400)
-    bins = StarBins.of(stars, np.arange(3000))
+    bins = star_bins(stars, np.arange(3000))
     runs = bins.runs(centre, radius, np.arange(400))
-    run, number = spread(runs.length)
+    run, number = item_numbers(runs.length)
     held = np.zeros((400, 3000), int)
     np.add.at(held, (runs.disc[run], bins.star[runs.first[run] + number]), 1)
     inside = np.linalg.norm(stars - centre[:, None], axis=2) <= radius[:, None]

@@ -15,9 +15,9 @@ from kerrcaustics.scenes.coons_patches import weights_at
 from kerrcaustics.scenes.footprint import bend, major_axis
 from kerrcaustics.scenes.points import Imaged, PointLights, distinct
 from kerrcaustics.scenes.sky_cells import SkyCells
-from kerrcaustics.scenes.star_bins import StarBins, spread
+from kerrcaustics.scenes.star_bins import StarBins, item_numbers
 from kerrcaustics.scenes.unresolved_stars import last_seen
-from kerrcaustics.shapes import Float, Int
+from kerrcaustics.shapes import Bool, Float, Int
 
 Array = np.ndarray
 
@@ -51,14 +51,14 @@ class CellSearch:
         least (n,): the least solid angle that pixels see in cells, if those are left out where images have faded away.
         """
         stars = np.column_stack([lights.direction, moment])
-        found = pool.map(lambda near: self._found(stars, *near), self._near(lights, least))
-        cell, star, at, steps = (np.concatenate(column) for column in zip(_NO_IMAGE, *found, strict=True))
+        found = pool.map(lambda near: self._found(stars, *near), self._near_stars(lights, least))
+        cell, star, at, steps, positive = (np.concatenate(column) for column in zip(_NO_IMAGE, *found, strict=True))
         size = self.cells.size[cell, None]
         place = np.stack([self.cells.x[cell], self.cells.y[cell]], axis=-1) + at * size - 0.5
-        one = distinct(star, place, steps)
-        return self._imaged(cell[one], star[one], at[one], place[one], steps[one] / size[one, None])
+        one = distinct(star, place, positive)
+        return self._imaged(cell[one], star[one], at[one], place[one], steps[one] / size[one, None], positive[one])
 
-    def _near(
+    def _near_stars(
         self, lights: PointLights, least: Float[Array, " n"] | None
     ) -> Iterator[tuple[StarBins, Int[Array, " m"], Int[Array, " m"], Int[Array, " m"]]]:
         """Bins, and runs (m,) of stars in them that may lie in parts; some thousand stars at a time."""
@@ -79,16 +79,19 @@ class CellSearch:
         part: Int[Array, " n"],
         first: Int[Array, " n"],
         count: Int[Array, " n"],
-    ) -> tuple[Int[Array, " m"], Int[Array, " m"], Float[Array, "m 2"], Float[Array, "m 2 3"]]:
-        """Cells, stars, places in the cells and steps for their sides where searches from some parts end at images."""
-        run, number = spread(count)
+    ) -> tuple[Int[Array, " m"], Int[Array, " m"], Float[Array, "m 2"], Float[Array, "m 2 3"], Bool[Array, " m"]]:
+        """Where searches from some parts end at images: cells, stars, places in the cells, steps for their sides.
+
+        And true for what is not mirrored.
+        """
+        run, number = item_numbers(count)
         part, star = part[run], bins.star[first[run] + number]
         near = np.flatnonzero(kernel("star_near").on_rays((), (part, star), tables=(self._parts, stars)))
         part, star = part[near], star[near]
         tables = *self._maps, self._parts, stars
-        is_found, at, steps = kernel("star_image").on_rays([self._over], (part, star), tables=tables)
+        is_found, at, steps, positive = kernel("star_image").on_rays([self._over], (part, star), tables=tables)
         found = np.flatnonzero(is_found)
-        return self._parts[part[found], 0].astype(int), star[found], at[found], steps[found]
+        return self._parts[part[found], 0].astype(int), star[found], at[found], steps[found], positive[found]
 
     def _imaged(
         self,
@@ -97,6 +100,7 @@ class CellSearch:
         at: Float[Array, "m 2"],
         place: Float[Array, "m 2"],
         steps: Float[Array, "m 2 3"],
+        positive: Bool[Array, " m"],
     ) -> Imaged:
         """Images at places in cells, and of the picture."""
         curving, rate = self.cells.curving[cell], np.zeros((len(cell), 3, 3))
@@ -104,7 +108,7 @@ class CellSearch:
             where, size = weights_at(*at.T), self.cells.size[cell]
             rows = np.stack([where.value, *(part / size for part in (where.along_x, where.along_y))])
             rate = np.einsum("rkn,nkc->nrc", rows, self.cells.rates[cell])
-        return Imaged(place, star, areas(steps, curving, self._nearest), steps, curving, rate)
+        return Imaged(place, star, areas(steps, curving, self._nearest), steps, curving, rate, positive)
 
 
 def areas(steps: Float[Array, "m 2 3"], curving: Float[Array, "m 3 3"], nearest: float) -> Float[Array, " m"]:
@@ -118,7 +122,7 @@ def areas(steps: Float[Array, "m 2 3"], curving: Float[Array, "m 3 3"], nearest:
     return np.maximum(size, major * nearest * math.sqrt(8) * bend(curving, np.cross(middle, along)))
 
 
-_NO_IMAGE = np.zeros(0, int), np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2, 3))
+_NO_IMAGE = np.zeros(0, int), np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2, 3)), np.zeros(0, bool)
 
 
 def _polynomials(data: Float[Array, "n 12 3"]) -> Float[Array, "n 36"]:
@@ -136,7 +140,7 @@ def _parts(maps: Float[Array, "n 36"], rates: Float[Array, "_r 36"]) -> Float[Ar
     wanted = kernel("cell_division").on_rays((), [cells], tables=[maps])
     columns, rows = 2 ** np.round(np.log2(np.maximum(wanted, 1))).astype(int).T
     count = columns * rows
-    cell, number = spread(count)
+    cell, number = item_numbers(count)
     width, height = 1 / columns[cell], 1 / rows[cell]
     y, x = np.divmod(number, columns[cell])
     places = cell, (x + 0.5) * width, (y + 0.5) * height, width / 2, height / 2

@@ -31,17 +31,6 @@ class StarBins(NamedTuple):
     star: Array
     first: Array
 
-    @classmethod
-    def of(cls, direction: Float[Array, "n 3"], star: Int[Array, " n"]) -> "StarBins":
-        """The bins of stars, which have numbers (n,)."""
-        rows = math.ceil(_ROWS * math.sqrt(len(star)) + 1)
-        columns = _COLUMNS * rows
-        row, column = _rows(direction[:, 2], rows), (_turns(direction) * columns).astype(int) % columns
-        places = np.concatenate([row * 2 * columns + column, row * 2 * columns + column + columns])
-        order = np.argsort(places, kind="stable")
-        edges = np.arange(rows)[:, None] * 2 * columns + np.arange(2 * columns + 1)
-        return cls(np.tile(star, 2)[order], np.searchsorted(places[order], edges))
-
     def runs(self, centre: Float[Array, "m 3"], radius: Float[Array, " m"], disc: Int[Array, " m"]) -> Runs:
         """Runs of stars that may lie in discs with a centre and a radius, which have numbers (m,)."""
         rows, columns = len(self.first), self.first.shape[1] // 2
@@ -57,7 +46,7 @@ class StarBins(NamedTuple):
         start = np.minimum((left * columns).astype(int), columns - 1)
         # The last column of a whole circle is that before the first.
         end = np.minimum(((left + 2 * half) * columns).astype(int), start + columns - (half == 0.5)) + 1
-        each, number = spread(lower - upper + 1)
+        each, number = item_numbers(lower - upper + 1)
         row = upper[each] + number
         first = self.first[row, start[each]]
         count = self.first[row, end[each]] - first
@@ -65,7 +54,18 @@ class StarBins(NamedTuple):
         return Runs(disc[each[some]], first[some], count[some])
 
 
-def spread(count: Int[Array, " n"]) -> tuple[Int[Array, " m"], Int[Array, " m"]]:
+def star_bins(direction: Float[Array, "n 3"], star: Int[Array, " n"]) -> StarBins:
+    """The bins of stars, which have numbers (n,)."""
+    rows = math.ceil(_ROWS * math.sqrt(len(star)) + 1)
+    columns = _COLUMNS * rows
+    row, column = _rows(direction[:, 2], rows), (_turns(direction) * columns).astype(int) % columns
+    places = np.concatenate([row * 2 * columns + column, row * 2 * columns + column + columns])
+    order = np.argsort(places, kind="stable")
+    edges = np.arange(rows)[:, None] * 2 * columns + np.arange(2 * columns + 1)
+    return StarBins(np.tile(star, 2)[order], np.searchsorted(places[order], edges))
+
+
+def item_numbers(count: Int[Array, " n"]) -> tuple[Int[Array, " m"], Int[Array, " m"]]:
     """For so many (n,) items of each: which of them it is (m,), and the number (m,) of the item among its own."""
     each = np.repeat(np.arange(len(count)), count)
     return each, np.arange(len(each)) - np.repeat(np.cumsum(count) - count, count)
