@@ -9,8 +9,9 @@ import pytest
 import kerrcaustics as kc
 from kerrcaustics.scenes.catalogue import galactic_axes
 from kerrcaustics.scenes.colour import luminance
+from kerrcaustics.scenes.star_bins import item_numbers, star_bins
 from kerrcaustics.scenes.star_field import milky_way
-from kerrcaustics.spacetime.sphere import from_angles
+from kerrcaustics.spacetime.sphere import from_angles, unit
 
 CAMERA = kc.Camera(spin=0.999, radius=6.03)
 STAR = (1.77, -1.07)
@@ -210,3 +211,24 @@ def test_a_catalogue_of_lists_is_rendered():
     assert len(kc.skies.merged_catalogues(stars, stars)) == 1
     view = kc.pictures.View(4, 3, 0.2)
     assert kc.render(kc.Camera(0.5, 20.0), view, kc.skies.StarField(stars, band=0)).light.shape == (3, 4, 3)
+
+
+def test_bins_hold_every_star_of_a_disc_once():
+    rng = np.random.default_rng(3)
+    stars, centre = (unit(rng.normal(size=(count, 3))) for count in (3000, 400))
+    centre[:9] = unit(centre[:9] * [1e-3, 1e-3, 1])
+    radius = 10 ** rng.uniform(-3, 0.3, 400)
+    bins = star_bins(stars, np.arange(3000))
+    runs = bins.runs(centre, radius, np.arange(400))
+    run, number = item_numbers(runs.length)
+    held = np.zeros((400, 3000), int)
+    np.add.at(held, (runs.disc[run], bins.star[runs.first[run] + number]), 1)
+    inside = np.linalg.norm(stars - centre[:, None], axis=2) <= radius[:, None]
+    assert (held <= 1).all() and (held[inside] == 1).all()
+    assert inside.sum() > 0.5 * held.sum()
+
+
+def test_a_picture_within_the_shadow_is_dark():
+    camera = kc.Camera(0.0, 2.2)
+    view = kc.pictures.View.toward_hole(camera, 8, 6, 0.1)
+    assert not kc.render(camera, view, kc.skies.StarField()).light.any()

@@ -106,7 +106,9 @@ def test_kernels_have_the_values_of_jax(name, rng):
 
 def test_images_are_where_their_stars_are(rng):
     maps, rates, parts, stars, part = searches(rng)
-    is_found, place, steps = kernel("star_image").on_rays([0.1], (part, part), tables=(maps, rates, parts, stars))
+    is_found, place, steps, positive = kernel("star_image").on_rays(
+        [0.1], (part, part), tables=(maps, rates, parts, stars)
+    )
     found = np.flatnonzero(is_found)
     assert np.abs(place[found] - 0.5).max() < 0.6
     assert len(found) > 0.8 * len(part)
@@ -117,6 +119,8 @@ def test_images_are_where_their_stars_are(rng):
     # Across the direction of the star.
     across = change - (change @ stars[found, :3, None]) * stars[found, None, :3]
     assert steps[found] == pytest.approx(across, abs=1e-6)
+    sense = np.vecdot(np.cross(across[:, 0], across[:, 1]), stars[found, :3])
+    assert (positive[found] == (sense > 0))[np.abs(sense) > 1e-6].all()
 
 
 def test_parts_lie_within_their_bounds(rng):

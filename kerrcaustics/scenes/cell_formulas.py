@@ -114,11 +114,11 @@ def is_near(parts: Any, stars: Any, part: Any, star: Any) -> Any:
     return (_size(n - bound[:3]) <= bound[3]) & (jnp.abs((n * bound[4:7]).sum()) <= bound[7])
 
 
-def image(over: Any, cells: CellTables, parts: Any, stars: Any, part: Any, star: Any) -> tuple[Any, Any, Any]:
+def image(over: Any, cells: CellTables, parts: Any, stars: Any, part: Any, star: Any) -> tuple[Any, Any, Any, Any]:
     """True if the search for a star from the middle of a part ends at an image in the cell, or so far `over` its sides.
 
-    Besides its place (2,) in the cell, and steps (2, 3) of n' along the cell's sides. stars: a table of n', and of
-    moments of the exposure, from -1/2 to 1/2.
+    Besides its place (2,) in the cell, steps (2, 3) of n' along the cell's sides, and true if their cross product is
+    along n'. stars: a table of n', and of moments of the exposure, from -1/2 to 1/2.
     """
     cell, x, y = table_row(parts, jnp.floor(part))[:3]
     row = table_row(stars, jnp.floor(star))
@@ -143,7 +143,8 @@ def image(over: Any, cells: CellTables, parts: Any, stars: Any, part: Any, star:
 
     last = jax.lax.while_loop(goes_on, turn, CellSteps(0 * x, x, y, 0 * x + jnp.inf))
     found = (away(last) <= 0.5 + over) & (last.length < _SOLVED)
-    return found, jnp.stack([last.x, last.y]), jnp.stack(_slopes(miss, last.x, last.y)) @ across
+    (a, c), (b, d) = slopes = _slopes(miss, last.x, last.y)
+    return found, jnp.stack([last.x, last.y]), jnp.stack(slopes) @ across, a * d > b * c
 
 
 def programs() -> dict[str, Program]:

@@ -5,6 +5,7 @@ starts in each part that a star may lie in.
 """
 
 import math
+from collections.abc import Iterator
 from concurrent.futures import Executor
 
 import numpy as np
@@ -14,6 +15,8 @@ from kerrcaustics.scenes.coons_patches import weights_at
 from kerrcaustics.scenes.footprint import bend, major_axis
 from kerrcaustics.scenes.points import Imaged, PointLights, distinct
 from kerrcaustics.scenes.sky_cells import SkyCells
+from kerrcaustics.scenes.star_bins import StarBins, item_numbers
+from kerrcaustics.scenes.unresolved_stars import last_seen
 from kerrcaustics.shapes import Bool, Float, Int
 
 Array = np.ndarray
@@ -24,8 +27,6 @@ _TOGETHER = 1 << 14
 NEAREST = 0.05
 # Cells reach so far into their neighbours, in units of their size: no image is lost where they meet.
 _OVER = 1e-3
-# By how much the radii of discs that are searched together differ at most.
-_ALIKE = 1.5
 
 
 class CellSearch:
@@ -43,35 +44,54 @@ class CellSearch:
         lights: PointLights,
         moment: Float[Array, " stars"],
         pool: Executor,
-        within: Bool[Array, " n"] | None = None,
+        least: Float[Array, " n"] | None = None,
     ) -> Imaged:
         """All images in the cells, of each star at a moment of the exposure, from -1/2 to 1/2.
 
-        within (n,): True for the cells that are searched.
+        least (n,): the least solid angle that pixels see in cells, if those are left out where images have faded away.
         """
-        parts = self._parts if within is None else self._parts[within[self._parts[:, 0].astype(int)]]
         stars = np.column_stack([lights.direction, moment])
-        pairs = _pairs(parts, lights)
-        found = pool.map(
-            lambda start: self._found(parts, stars, *(column[start : start + _TOGETHER] for column in pairs)),
-            range(0, len(pairs[0]), _TOGETHER),
-        )
-        cell, star, at, steps = (np.concatenate(column) for column in zip(_NO_IMAGE, *found, strict=True))
+        found = pool.map(lambda near: self._found(stars, *near), self._near_stars(lights, least))
+        cell, star, at, steps, positive = (np.concatenate(column) for column in zip(_NO_IMAGE, *found, strict=True))
         size = self.cells.size[cell, None]
         place = np.stack([self.cells.x[cell], self.cells.y[cell]], axis=-1) + at * size - 0.5
-        one = distinct(star, place, steps)
-        return self._imaged(cell[one], star[one], at[one], place[one], steps[one] / size[one, None])
+        one = distinct(star, place, positive)
+        return self._imaged(cell[one], star[one], at[one], place[one], steps[one] / size[one, None], positive[one])
+
+    def _near_stars(
+        self, lights: PointLights, least: Float[Array, " n"] | None
+    ) -> Iterator[tuple[StarBins, Int[Array, " m"], Int[Array, " m"], Int[Array, " m"]]]:
+        """Bins, and runs (m,) of stars in them that may lie in parts; some thousand stars at a time."""
+        ends = [last_seen(limit) for limit, _ in lights.bins]
+        seen = np.zeros(len(self.cells.x)) if least is None else least
+        kind = np.searchsorted(ends, seen, side="right")[self._parts[:, 0].astype(int)]
+        for number, (_, bins) in enumerate(lights.bins):
+            part = np.flatnonzero(kind == number)
+            runs = bins.runs(self._parts[part, 3:6], self._parts[part, 6], part)
+            pieces = np.searchsorted(np.cumsum(runs.length), np.arange(_TOGETHER, runs.length.sum(), _TOGETHER))
+            for piece in zip(*(np.split(column, pieces) for column in runs), strict=True):
+                yield bins, *piece
 
     def _found(
-        self, parts: Float[Array, "p 11"], stars: Float[Array, "s 4"], part: Int[Array, " n"], star: Int[Array, " n"]
-    ) -> tuple[Int[Array, " m"], Int[Array, " m"], Float[Array, "m 2"], Float[Array, "m 2 3"]]:
-        """Cells, stars, places in the cells and steps for their sides where searches from some parts end at images."""
-        near = np.flatnonzero(kernel("star_near").on_rays((), (part, star), tables=(parts, stars)))
+        self,
+        stars: Float[Array, "s 4"],
+        bins: StarBins,
+        part: Int[Array, " n"],
+        first: Int[Array, " n"],
+        count: Int[Array, " n"],
+    ) -> tuple[Int[Array, " m"], Int[Array, " m"], Float[Array, "m 2"], Float[Array, "m 2 3"], Bool[Array, " m"]]:
+        """Where searches from some parts end at images: cells, stars, places in the cells, steps for their sides.
+
+        And true for what is not mirrored.
+        """
+        run, number = item_numbers(count)
+        part, star = part[run], bins.star[first[run] + number]
+        near = np.flatnonzero(kernel("star_near").on_rays((), (part, star), tables=(self._parts, stars)))
         part, star = part[near], star[near]
-        tables = *self._maps, parts, stars
-        is_found, at, steps = kernel("star_image").on_rays([self._over], (part, star), tables=tables)
+        tables = *self._maps, self._parts, stars
+        is_found, at, steps, positive = kernel("star_image").on_rays([self._over], (part, star), tables=tables)
         found = np.flatnonzero(is_found)
-        return parts[part[found], 0].astype(int), star[found], at[found], steps[found]
+        return self._parts[part[found], 0].astype(int), star[found], at[found], steps[found], positive[found]
 
     def _imaged(
         self,
@@ -80,6 +100,7 @@ class CellSearch:
         at: Float[Array, "m 2"],
         place: Float[Array, "m 2"],
         steps: Float[Array, "m 2 3"],
+        positive: Bool[Array, " m"],
     ) -> Imaged:
         """Images at places in cells, and of the picture."""
         curving, rate = self.cells.curving[cell], np.zeros((len(cell), 3, 3))
@@ -87,7 +108,7 @@ class CellSearch:
             where, size = weights_at(*at.T), self.cells.size[cell]
             rows = np.stack([where.value, *(part / size for part in (where.along_x, where.along_y))])
             rate = np.einsum("rkn,nkc->nrc", rows, self.cells.rates[cell])
-        return Imaged(place, star, areas(steps, curving, self._nearest), steps, curving, rate)
+        return Imaged(place, star, areas(steps, curving, self._nearest), steps, curving, rate, positive)
 
 
 def areas(steps: Float[Array, "m 2 3"], curving: Float[Array, "m 3 3"], nearest: float) -> Float[Array, " m"]:
@@ -101,7 +122,7 @@ def areas(steps: Float[Array, "m 2 3"], curving: Float[Array, "m 3 3"], nearest:
     return np.maximum(size, major * nearest * math.sqrt(8) * bend(curving, np.cross(middle, along)))
 
 
-_NO_IMAGE = np.zeros(0, int), np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2, 3))
+_NO_IMAGE = np.zeros(0, int), np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2, 3)), np.zeros(0, bool)
 
 
 def _polynomials(data: Float[Array, "n 12 3"]) -> Float[Array, "n 36"]:
@@ -119,25 +140,8 @@ def _parts(maps: Float[Array, "n 36"], rates: Float[Array, "_r 36"]) -> Float[Ar
     wanted = kernel("cell_division").on_rays((), [cells], tables=[maps])
     columns, rows = 2 ** np.round(np.log2(np.maximum(wanted, 1))).astype(int).T
     count = columns * rows
-    cell = np.repeat(cells, count)
-    number = np.arange(len(cell)) - np.repeat(np.cumsum(count) - count, count)
+    cell, number = item_numbers(count)
     width, height = 1 / columns[cell], 1 / rows[cell]
     y, x = np.divmod(number, columns[cell])
     places = cell, (x + 0.5) * width, (y + 0.5) * height, width / 2, height / 2
     return kernel("part_bounds").on_rays((), places, tables=[maps, rates])
-
-
-def _pairs(parts: Float[Array, "p 11"], lights: PointLights) -> tuple[Int[Array, " m"], Int[Array, " m"]]:
-    """Parts (m,), and stars (m,) that may lie in them: parts with discs of about one size are searched together."""
-    from scipy.spatial import KDTree
-
-    centre, radius = parts[:, 3:6], parts[:, 6]
-    order = np.argsort(radius)
-    kind = np.floor(np.log(radius[order]) / math.log(_ALIKE))
-    pairs = [(np.zeros(0, int), np.zeros(0, int))]
-    for group in np.split(order, np.flatnonzero(np.diff(kind)) + 1):
-        tree = KDTree(centre[group], balanced_tree=False, compact_nodes=False)
-        near = tree.sparse_distance_matrix(lights.tree, radius[group].max(initial=0.0), output_type="ndarray")
-        pairs.append((group[near["i"]], near["j"]))
-    first, second = (np.concatenate(column) for column in zip(*pairs, strict=True))
-    return first, second

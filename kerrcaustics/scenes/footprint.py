@@ -116,15 +116,25 @@ def major_axis(
     first: Float[Array, "*batch 3"], second: Float[Array, "*batch 3"]
 ) -> tuple[Float[Array, "*batch"], Float[Array, "*batch 3"]]:
     """Length (...,) of the major axis of the ellipse that steps (..., 3) along x and y span, and its unit vector."""
-    a, b, c = np.vecdot(first, first), np.vecdot(first, second), np.vecdot(second, second)
-    length = np.sqrt((a + c + _length(a - c, 2 * b)) / 2)
+    a, b, c = _products(first, second)
+    length = longest(first, second)
     turn = np.arctan2(2 * b, a - c) / 2
     return length, (first * np.cos(turn)[..., None] + second * np.sin(turn)[..., None]) / length[..., None]
 
 
+def longest(first: Float[Array, "*batch 3"], second: Float[Array, "*batch 3"]) -> Float[Array, "*batch"]:
+    """Length (...,) of the major axis of the ellipse that steps (..., 3) along x and y span."""
+    a, b, c = _products(first, second)
+    return np.asarray(np.sqrt((a + c + _length(a - c, 2 * b)) / 2))
+
+
+def _products(first: Float[Array, "*batch 3"], second: Float[Array, "*batch 3"]) -> tuple[Array, Array, Array]:
+    return np.vecdot(first, first), np.vecdot(first, second), np.vecdot(second, second)
+
+
 def inverse(first: Float[Array, "n 3"], second: Float[Array, "n 3"]) -> Float[Array, "n 2 3"]:
     """Inverses (n, 2, 3), by least squares, of matrices with two columns."""
-    a, b, c = (np.vecdot(*pair)[:, None] for pair in ((first, first), (first, second), (second, second)))
+    a, b, c = (product[:, None] for product in _products(first, second))
     rows = np.stack([c * first - b * second, a * second - b * first], axis=1)
     return np.asarray(rows / np.maximum(a * c - b * b, 1e-300)[..., None])
 

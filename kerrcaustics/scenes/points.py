@@ -6,7 +6,7 @@ with the light that its magnification gives it.
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,11 +14,9 @@ from numpy.typing import ArrayLike
 from kerrcaustics.scenes.colour import ResponseLike, shifted_light
 from kerrcaustics.scenes.footprint import Footprint, turned
 from kerrcaustics.scenes.raster import Raster
+from kerrcaustics.scenes.star_bins import StarBins, star_bins
 from kerrcaustics.scenes.unresolved_stars import StarLayer, faded, limits
 from kerrcaustics.shapes import Bool, Float, Int
-
-if TYPE_CHECKING:
-    from scipy.spatial import KDTree
 
 Array = np.ndarray
 
@@ -41,16 +39,18 @@ class PointLights:
     limit: Array | None = None
 
     @cached_property
-    def tree(self) -> "KDTree":
-        """A tree of the directions, for searches by distance."""
-        from scipy.spatial import KDTree
-
-        return KDTree(self.direction)
-
-    @cached_property
     def limits(self) -> Float[Array, " stars"]:
         """Solid angles (n,) that a pixel sees where their images begin to fade."""
         return limits(self.flux) if self.limit is None else self.limit
+
+    @cached_property
+    def bins(self) -> list[tuple[float, StarBins]]:
+        """For each limit, where images of some stars begin to fade: those that fade there or later, by their places."""
+        found = []
+        for limit in np.unique(self.limits).tolist():
+            which = np.flatnonzero(self.limits >= limit)
+            found.append((limit, star_bins(self.direction[which], which)))
+        return found
 
     @cached_property
     def layers(self) -> list[StarLayer]:
@@ -84,7 +84,7 @@ class Imaged(NamedTuple):
 
     place (m, 2), pixels; star (m,); area (m,), the solid angle that a pixel sees; steps (m, 2, 3) of n' for one, and
     how these change (m, 3, 3), along xx, xy, yy; rate (m, 3, 3): how n' moves over an exposure, and how that changes
-    per pixel along x and y.
+    per pixel along x and y; positive (m,): true if the cross product of the steps is along n'.
     """
 
     place: Array
@@ -93,6 +93,11 @@ class Imaged(NamedTuple):
     steps: Array
     curving: Array
     rate: Array
+    positive: Array
+
+    def part(self, which: Array) -> "Imaged":
+        """The chosen images."""
+        return Imaged(*(part[which] for part in self))
 
 
 def steps_to(
@@ -106,25 +111,24 @@ def steps_to(
     return np.stack([c * p - b * q, a * q - b * p], axis=-1) / det[:, None]
 
 
-def distinct(star: Int[Array, " n"], place: Float[Array, "n 2"], steps: Float[Array, "n 2 3"]) -> Int[Array, " m"]:
-    """Numbers (m,) of images without duplicates, from two starts or from two cells where they meet, by their stars."""
+def distinct(star: Int[Array, " n"], place: Float[Array, "n 2"], positive: Bool[Array, " n"]) -> Int[Array, " m"]:
+    """Numbers (m,) of images without duplicates, from two starts or from two cells where they meet, by their stars.
+
+    positive: as of `Imaged`, on which side of critical curves they are.
+    """
     x, y = place.T
     left = x.min(initial=0.0)
     # One number to sort by, that of the star before the place: it is good to much less than what is the same.
     order = np.argsort(star * (x.max(initial=0.0) - left + 1) + (x - left))
-    star, x, y = star[order], x[order], y[order]
+    star, x, y, positive = star[order], x[order], y[order], positive[order]
     dropped, first, ahead = np.zeros(len(order), bool), np.arange(len(order)), 0
     while len(first):
         ahead, first = ahead + 1, first[: np.searchsorted(first, len(order) - ahead - 1)]
         second = first + ahead
         beside = (star[second] == star[first]) & (x[second] - x[first] < _SAME)
         first, second = first[beside], second[beside]
-        near = np.abs(y[second] - y[first]) < _SAME
-        one, other = first[near], second[near]
-        # Of one star on one side of a critical curve.
-        normals = (np.cross(*np.moveaxis(steps[order[which]], 1, 0)) for which in (one, other))
-        same = np.vecdot(*normals) >= 0
-        dropped[other[same & ~dropped[one]]] = True
+        same = (np.abs(y[second] - y[first]) < _SAME) & (positive[second] == positive[first])
+        dropped[second[same & ~dropped[first]]] = True
     return order[~dropped]
 
 
@@ -139,27 +143,34 @@ def drawn(light: Float[Array, "h w 3"], view: Raster, place: Float[Array, "m 2"]
 
     Its parts add up to 1. Any part beyond a side of a picture of the whole sky comes in where it belongs.
     """
-    nearest = np.round(place).astype(int)
-    parts = [_spline_parts(place[:, k] - nearest[:, k]) for k in (0, 1)]
-    flat = light.reshape(-1, 3)
+    (left, x_parts), (top, y_parts) = (_spline_parts(along) for along in place.T)
+    flat, channels = light.reshape(-1, 3), np.ascontiguousarray(power.T)
     for i in range(3):
         for j in range(3):
-            pixel, inside = _numbers(view, nearest + np.array([i - 1, j - 1]))
-            weight = (parts[0][i] * parts[1][j])[inside] / view.pixel_sizes(*np.divmod(pixel, view.width)[::-1])
-            for channel, part in enumerate((weight[:, None] * power[inside]).T.astype(light.dtype)):
-                np.add.at(flat[:, channel], pixel, part)
+            x, y, inside = _pixels(view, left + i, top + j)
+            # What lies outside adds nothing to the first pixel.
+            weight = np.where(inside, x_parts[i] * y_parts[j], 0) / view.pixel_sizes(x, y)
+            for channel, part in enumerate(channels):
+                np.add.at(flat[:, channel], y * view.width + x, (weight * part).astype(light.dtype))
 
 
-def _numbers(view: Raster, pixel: Int[Array, "m 2"]) -> tuple[Int[Array, " n"], Bool[Array, " m"]]:
-    """Numbers (n,) in reading order of the pixels that lie in a picture, and the mask (m,) of those that do."""
-    size = view.width, view.height
+def _pixels(
+    view: Raster, x: Int[Array, " m"], y: Int[Array, " m"]
+) -> tuple[Int[Array, " m"], Int[Array, " m"], Bool[Array, " m"]]:
+    """Pixels of a picture where those at some places lie, the first one for those outside, and the mask of the rest."""
+    inside = (x >= 0) & (y >= 0) & (x < view.width) & (y < view.height)
     if view.closed:
-        beyond = np.flatnonzero(((pixel < 0) | (pixel >= size)).any(axis=1))
-        pixel[beyond] = np.round(view.pixels(view.directions(*pixel[beyond].T)[0])).astype(int)
-    inside = np.asarray(((pixel >= 0) & (pixel < size)).all(axis=1))
-    return pixel[inside, 1] * view.width + pixel[inside, 0], inside
+        beyond = np.flatnonzero(~inside)
+        x[beyond], y[beyond] = np.round(view.pixels(view.directions(x[beyond], y[beyond])[0])).astype(int).T
+        inside = (x >= 0) & (y >= 0) & (x < view.width) & (y < view.height)
+    return x * inside, y * inside, inside
 
 
-def _spline_parts(offset: Float[Array, " m"]) -> tuple[Array, Array, Array]:
-    """Shares of the pixels before, at and after the nearest one in an image at an offset from it."""
-    return (0.5 - offset) ** 2 / 2, 0.75 - offset**2, (0.5 + offset) ** 2 / 2
+def _spline_parts(place: Float[Array, " m"]) -> tuple[Int[Array, " m"], tuple[Array, Array, Array]]:
+    """Pixels before the nearest ones to places; shares in an image there of these, of the nearest ones, and the next.
+
+    All along one side of the picture.
+    """
+    nearest = np.round(place)
+    offset = place - nearest
+    return nearest.astype(int) - 1, ((0.5 - offset) ** 2 / 2, 0.75 - offset**2, (0.5 + offset) ** 2 / 2)

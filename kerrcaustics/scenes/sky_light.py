@@ -261,12 +261,14 @@ class _Lighting(NamedTuple):
         """The light (m, 3) of stars that pixels do not resolve, if the sky has any, in parts of pixels with a side."""
         if self.points is None or not len(footprint):
             return 0.0
-        major, least = singular_values(footprint.matrix)[0] / side, self.points.limits.min(initial=np.inf)
-        some = np.flatnonzero(major**2 > least)
-        light = np.zeros((len(major), 3))
+        light = np.zeros((len(footprint), 3))
+        # No pixel sees more than the square of the longest side of what it sees.
+        square = np.square(footprint.matrix.reshape(-1, 4)) @ np.ones(4)
+        some = np.flatnonzero(square > side**2 * self.points.limits.min(initial=np.inf))
         if len(some):
             sky = self.view.directions(x[some], y[some])[0]
-            seen = footing(self.camera, self.view.pixel_angle).seen(major[some], sky)
+            major = singular_values(footprint.matrix[some])[0] / side
+            seen = footing(self.camera, self.view.pixel_angle).seen(major, sky)
             light[some] = self.points.mean_light(seen, footprint.part(some), *self.shifts)
         return light
 

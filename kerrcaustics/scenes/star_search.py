@@ -15,7 +15,7 @@ from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.scenes.cell_search import NEAREST, CellSearch, areas
 from kerrcaustics.scenes.coons_patches import CORNERS
-from kerrcaustics.scenes.footprint import inverse, major_axis, turned
+from kerrcaustics.scenes.footprint import inverse, longest, turned
 from kerrcaustics.scenes.motion import Exposure
 from kerrcaustics.scenes.points import Imaged, PointLights, distinct, moved, steps_to
 from kerrcaustics.scenes.quadtree import fill
@@ -23,7 +23,7 @@ from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_cells import SkyCells, resolved
 from kerrcaustics.scenes.sky_charts import ROOT, CapChart, EdgeChart
 from kerrcaustics.scenes.sky_map import TOLERANCE, Cut, chart_cells, ray_directions, slopes
-from kerrcaustics.scenes.unresolved_stars import BRIGHTEST, footing, last_seen
+from kerrcaustics.scenes.unresolved_stars import BRIGHTEST, footing
 from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.spacetime.viewer import Viewer
@@ -68,7 +68,7 @@ class PictureImages(NamedTuple):
 
     def seen(self, camera: Viewer, view: Raster) -> Float[Array, " m"]:
         """The solid angles (m,) that pixels of the picture see about them."""
-        return footing(camera, view.pixel_angle).seen(major_axis(self.steps[:, 0], self.steps[:, 1])[0], self.sky)
+        return footing(camera, view.pixel_angle).seen(longest(self.steps[:, 0], self.steps[:, 1]), self.sky)
 
     def part(self, which: Array) -> "PictureImages":
         """The chosen images."""
@@ -132,7 +132,7 @@ class StarSearch:
         """Images in cells: those beyond a side of the picture that lie in it, too, belong there."""
         sky, _ = self._view.directions(*cell_images.place.T)
         magnification = self._view.pixel_sizes(*cell_images.place.T) / cell_images.area
-        images = PictureImages(*cell_images, sky, magnification)
+        images = PictureImages(*cell_images[:-1], sky, magnification)
         if not self._view.closed:
             return images
         place = self._view.pixels(sky)
@@ -200,9 +200,9 @@ class StarSearch:
         height, width = self._uncovered.shape
         mask = np.zeros(len(place), bool)
         for step in _BESIDE * np.array([[0, 0], [-1, -1], [-1, 1], [1, -1], [1, 1]]):
-            pixel = np.nan_to_num(np.round(place + 1 + step), nan=-1.0).astype(int)
-            inside = (pixel >= 0).all(axis=1) & (pixel[:, 0] < width) & (pixel[:, 1] < height)
-            mask[inside] |= self._uncovered[pixel[inside, 1], pixel[inside, 0]]
+            x, y = (np.nan_to_num(np.round(along + 1 + by), nan=-1.0) for along, by in zip(place.T, step, strict=True))
+            inside = np.flatnonzero((x >= 0) & (y >= 0) & (x < width) & (y < height))
+            mask[inside] |= self._uncovered[y[inside].astype(int), x[inside].astype(int)]
         return mask
 
     def _moving(self, images: PictureImages, moment: Float[Array, " stars"]) -> PictureImages:
@@ -234,16 +234,6 @@ class _SearchedChart(NamedTuple):
     nearest: float
     same: float
 
-    def _points(self, lights: PointLights, pool: Executor) -> Imaged:
-        """Images on the chart."""
-        found = []
-        for limit in np.unique(lights.limits).tolist():
-            which = np.flatnonzero(lights.limits == limit)
-            some, near = lights.some(which, 0.0), self.least < last_seen(limit)
-            images = self.search.images(some, np.zeros(len(which)), pool, near)
-            found.append(images._replace(star=which[images.star]))
-        return Imaged(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
-
     def _refined(self, camera: Viewer, points: Imaged, lights: PointLights) -> Imaged:
         """Images at places of the map itself, which the chart knows about: where there is one of the same parity."""
         place, target, length = points.place.copy(), lights.direction[points.star], np.full(len(points.star), np.inf)
@@ -254,7 +244,7 @@ class _SearchedChart(NamedTuple):
             length[left] = np.sqrt((move**2).sum(axis=1))
             place[left] += move * np.minimum(1, _LONGEST_MOVE / np.maximum(length[left], 1e-300))[:, None]
         columns = self._beams(camera, place)[1]
-        same = np.vecdot(_normals(columns), _normals(points.steps)) > 0
+        same = (np.vecdot(_normals(columns), target) > 0) == points.positive
         better = same & (length < _MOVED_LAST) & (np.abs(place - points.place).max(axis=1) < _LONGEST_MOVE)
         steps = np.where(better[:, None, None], columns, points.steps)
         area = np.where(better, areas(steps, points.curving, _CLOSER * self.nearest), points.area)
@@ -271,14 +261,15 @@ class _SearchedChart(NamedTuple):
         self, camera: Viewer, lights: PointLights, view: Raster, accepts: Callable[[Array], Array], pool: Executor
     ) -> PictureImages:
         """Images as a picture shows them, at places that are accepted."""
-        points = self._refined(camera, self._points(lights, pool), lights)
+        found = self.search.images(lights, np.zeros(len(lights.direction)), pool, self.least)
+        points = self._refined(camera, found, lights)
         if self.plane is self.edge:
             points = _wrapped(points, self.plane.width)
-        points = Imaged(*(part[distinct(points.star, points.place, points.steps)] for part in points))
+        points = points.part(distinct(points.star, points.place, points.positive))
         sky, chart_steps = self.plane.directions(*points.place.T)
         place = view.pixels(sky)
         accepted = np.flatnonzero(accepts(place))
-        points = Imaged(*(part[accepted] for part in points))
+        points = points.part(accepted)
         sky, chart_steps, place = sky[accepted], chart_steps[accepted], place[accepted]
         magnification = view.solid_angle(chart_steps) * view.lengths(sky) ** 2 / points.area
         moving = _converted(chart_steps, points.steps, view.directions(*place.T)[1])
@@ -310,7 +301,7 @@ def _least_seen(camera: Viewer, view: Raster, plane: EdgeChart | CapChart, cells
         seen, place = np.zeros(len(sky)), view.pixels(sky)
         there = np.flatnonzero(np.isfinite(place).all(axis=1))
         steps = _converted(chart_steps[there], columns[there], view.directions(*place[there].T)[1])
-        seen[there] = footing(camera, view.pixel_angle).seen(major_axis(steps[:, 0], steps[:, 1])[0], sky[there])
+        seen[there] = footing(camera, view.pixel_angle).seen(longest(steps[:, 0], steps[:, 1]), sky[there])
         found.append(seen)
     return np.nan_to_num(np.min(found, axis=0), nan=0.0)
 

@@ -156,8 +156,9 @@ class View(Raster):
             with np.errstate(divide="ignore", invalid="ignore"):
                 across, above = (np.where(along > 0, part / along, np.nan) for part in (right, up))
         elif self.projection == "fisheye":
-            beside = np.hypot(right, up)
-            scale = np.where(beside > 0, np.arctan2(beside, along) / np.where(beside > 0, beside, 1), 1.0)
+            # Where nothing overflows, much faster than hypot.
+            beside = np.sqrt(right * right + up * up)
+            scale = np.where(beside > 0, np.arctan2(beside, along) / np.maximum(beside, 1e-300), 1.0)
             across, above = right * scale, up * scale
         else:
             across, above = np.arctan2(right, along), np.arctan2(up, np.hypot(along, right))

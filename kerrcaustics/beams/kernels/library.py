@@ -91,7 +91,7 @@ class Kernel:
         tables (rows, k): those of the call.
         """
         held = [np.ascontiguousarray(column, float) for column in columns]
-        count, given, read = len(held[0]), np.array(numbers, float), self._checked(tables)
+        count, given, read = len(held[0]), np.array(numbers, float), self._checked(tables, len(held[0]))
         inputs = np.array([pair for column in held for pair in _slots(column)] + [(_address(t), len(t)) for t in read])
         reals, flags = np.empty(self._totals[8] * count), np.empty(self._totals[1] * count, bool)
         outputs = self._strided.copy()
@@ -107,10 +107,12 @@ class Kernel:
             values.append(own if shape is None and not one else own.reshape((*batch, *one)))
         return self._rebuilt(values)
 
-    def _checked(self, tables: Sequence[np.ndarray]) -> list[np.ndarray]:
-        """The tables as they are read."""
+    def _checked(self, tables: Sequence[np.ndarray], count: int) -> list[np.ndarray]:
+        """The tables as they are read; empty ones only where there are no rays."""
         read = [np.ascontiguousarray(table, dtype) for table, (dtype, _) in zip(tables, self._tables, strict=True)]
-        if any(table.shape != (max(len(table), 1), k) for table, (_, k) in zip(read, self._tables, strict=True)):
+        if any(
+            table.shape != (max(len(table), min(count, 1)), k) for table, (_, k) in zip(read, self._tables, strict=True)
+        ):
             raise ValueError(f"The kernel reads tables {self._tables}, but got {[table.shape for table in read]}.")
         return read
 

@@ -1,0 +1,80 @@
+"""Which stars may lie in discs on the sphere: by bins, in rows of equal height whose columns are azimuths."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from kerrcaustics.shapes import Float, Int
+
+Array = np.ndarray
+
+# Rows for each star, by the square root of their number, and columns of bins for each row.
+_ROWS, _COLUMNS = 0.7, 8
+
+
+class Runs(NamedTuple):
+    """Runs of stars that lie beside each other: the disc, first star in the order of the bins, and how many."""
+
+    disc: Array
+    first: Array
+    length: Array
+
+
+class StarBins(NamedTuple):
+    """Stars by the bins in which they lie.
+
+    star (2 n,): all of them, those of a row twice, round the circle and once more.
+    first (rows, columns + 1): number of the first one in each bin of a row; twice as many as in a circle, and the end.
+    """
+
+    star: Array
+    first: Array
+
+    def runs(self, centre: Float[Array, "m 3"], radius: Float[Array, " m"], disc: Int[Array, " m"]) -> Runs:
+        """Runs of stars that may lie in discs with a centre and a radius, which have numbers (m,)."""
+        rows, columns = len(self.first), self.first.shape[1] // 2
+        angle = 2 * np.arcsin(np.minimum(radius / 2, 1))
+        polar = np.arccos(np.clip(centre[:, 2], -1, 1))
+        # Discs about a pole have all azimuths.
+        with np.errstate(divide="ignore", invalid="ignore"):
+            half = np.arcsin(np.minimum(np.sin(angle) / np.sin(polar), 1)) / (2 * math.pi)
+        half = np.where((angle < polar) & (angle < math.pi - polar), half, 0.5)
+        top, bottom = np.maximum(polar - angle, 0), np.minimum(polar + angle, math.pi)
+        upper, lower = _rows(np.cos(top), rows), _rows(np.cos(bottom), rows)
+        left = (_turns(centre) - half) % 1.0
+        start = np.minimum((left * columns).astype(int), columns - 1)
+        # The last column of a whole circle is that before the first.
+        end = np.minimum(((left + 2 * half) * columns).astype(int), start + columns - (half == 0.5)) + 1
+        each, number = item_numbers(lower - upper + 1)
+        row = upper[each] + number
+        first = self.first[row, start[each]]
+        count = self.first[row, end[each]] - first
+        some = np.flatnonzero(count)
+        return Runs(disc[each[some]], first[some], count[some])
+
+
+def star_bins(direction: Float[Array, "n 3"], star: Int[Array, " n"]) -> StarBins:
+    """The bins of stars, which have numbers (n,)."""
+    rows = math.ceil(_ROWS * math.sqrt(len(star)) + 1)
+    columns = _COLUMNS * rows
+    row, column = _rows(direction[:, 2], rows), (_turns(direction) * columns).astype(int) % columns
+    places = np.concatenate([row * 2 * columns + column, row * 2 * columns + column + columns])
+    order = np.argsort(places, kind="stable")
+    edges = np.arange(rows)[:, None] * 2 * columns + np.arange(2 * columns + 1)
+    return StarBins(np.tile(star, 2)[order], np.searchsorted(places[order], edges))
+
+
+def item_numbers(count: Int[Array, " n"]) -> tuple[Int[Array, " m"], Int[Array, " m"]]:
+    """For so many (n,) items of each: which of them it is (m,), and the number (m,) of the item among its own."""
+    each = np.repeat(np.arange(len(count)), count)
+    return each, np.arange(len(each)) - np.repeat(np.cumsum(count) - count, count)
+
+
+def _rows(z: Float[Array, " m"], rows: int) -> Int[Array, " m"]:
+    return np.clip(((1 - z) * (rows / 2)).astype(int), 0, rows - 1)
+
+
+def _turns(direction: Float[Array, "m 3"]) -> Float[Array, " m"]:
+    """Azimuths as parts of a circle, from 0 to 1."""
+    return (np.arctan2(direction[:, 1], direction[:, 0]) / (2 * math.pi)) % 1.0
