@@ -14,7 +14,7 @@ OBJECTS := kerrcaustics/beams/kernels/objects
 COMPILED := $(OBJECTS)/.sources
 SOURCES := $(shell find kerrcaustics/beams kerrcaustics/spacetime kerrcaustics/lens_map/newton_formulas.py \
 	kerrcaustics/lens_map/newton_limits.py kerrcaustics/waves/wave_formulas.py \
-	$(wildcard kerrcaustics/scenes/*_formulas.py) \
+	$(wildcard kerrcaustics/scenes/*_formulas.py kerrcaustics/scenes/disk/*_formulas.py) \
 	-name '*.py' -o -name '*.h' -o -name '*.cc')
 # Sources that were renamed, added or removed since the kernels were compiled, whatever their dates.
 LISTED := $(shell cat $(COMPILED) 2>/dev/null)

@@ -12,7 +12,6 @@ from kerrcaustics.scenes.coons_patches import doubt, weights
 from kerrcaustics.scenes.disk.disk import disk_about
 from kerrcaustics.scenes.disk.emission import page_thorne_flux
 from kerrcaustics.scenes.disk.flat import render_flat
-from kerrcaustics.scenes.disk.lighting import covered_part
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.disk.spots import quadratic_streak
 from kerrcaustics.scenes.disk.turned import turned_disk
@@ -342,16 +341,6 @@ def test_patches_are_exact_for_cubics():
     for row, wanted in ((places.value, exact), (places.along_x, along_x), (places.along_y, along_y)):
         assert data[0, :, 0] @ row == pytest.approx(wanted, abs=1e-14)
     assert doubt(data) == pytest.approx(0.125 * 0.5, rel=2) and doubt(0 * data) == 0
-
-
-def test_covered_part_of_a_square():
-    rng = np.random.default_rng(3)
-    within = (np.arange(400) + 0.5) / 400 - 0.5
-    x, y = np.meshgrid(within, within)
-    for over, along_x, along_y in rng.uniform(-1, 1, (20, 3)):
-        counted = np.mean(over + along_x * x + along_y * y > 0)
-        assert covered_part(np.array(over), np.array(along_x), np.array(along_y)) == pytest.approx(counted, abs=2e-3)
-    assert covered_part(np.array([1.0, -1.0]), np.zeros(2), np.zeros(2)) == pytest.approx([1, 0])
 
 
 FALLING = [("plunging", 1), ("retrograde-plunging", -1)]

@@ -3,9 +3,8 @@
 An emitter is a function of the spin and of its place, (spin, radius, cosine of theta) -> `Motion`.
 """
 
-import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -37,12 +36,12 @@ def fiducial(spin: float, radius: Reals, cosine: Reals) -> Motion:
 
 def circular(spin: float, radius: Reals, cosine: Reals) -> Motion:
     """Motion on the prograde circular geodesic in the equatorial plane (Bardeen, Press & Teukolsky 1972, eq. 2.16)."""
-    return _orbiting(spin, radius, 1)
+    return orbital_motion(spin, radius, 1)
 
 
 def retrograde(spin: float, radius: Reals, cosine: Reals) -> Motion:
     """Motion on the retrograde circular geodesic in the equatorial plane: prograde about a hole of opposite spin."""
-    return _orbiting(spin, radius, -1)
+    return orbital_motion(spin, radius, -1)
 
 
 def plunging(spin: float, radius: Reals, cosine: Reals) -> Motion:
@@ -58,26 +57,46 @@ def retrograde_plunging(spin: float, radius: Reals, cosine: Reals) -> Motion:
     return _falling(spin, radius, -1)
 
 
+class Fall(NamedTuple):
+    """The orbit from which matter falls."""
+
+    last: Any
+    """Radius of the innermost stable orbit."""
+    energy: Any
+    """Of matter there, per mass."""
+    momentum: Any
+    """The angular momentum of matter there, per mass."""
+
+    @classmethod
+    def of(cls, spin: float, sense: int) -> "Fall":
+        """That of matter that circles in a sense."""
+        # Retrograde orbits are the mirror image of prograde ones about a hole of opposite spin.
+        last = kerr.isco(spin, sense > 0)
+        return cls(last, *kerr.circular_constants(sense * spin, last))
+
+
 def _falling(spin: float, radius: Reals, sense: int) -> Motion:
-    # Retrograde orbits are the mirror image of prograde ones about a hole of opposite spin.
-    a, r = sense * spin, np.asarray(radius)
-    outside = _orbiting(spin, radius, sense)
-    last = kerr.isco(spin, sense > 0)
-    energy, momentum = kerr.circular_constants(a, last)
+    return falling_motion(spin, radius, sense, Fall.of(spin, sense), np)
+
+
+def falling_motion(spin: Any, radius: Any, sense: Any, fall: Fall, xp: Any) -> Motion:
+    """Motion that is circular, in a sense, down to the orbit that it falls from; xp: NumPy, or that of JAX."""
+    a, r, outside = sense * spin, radius, orbital_motion(spin, radius, sense)
     # Both times r Delta; and u^r.
-    t_rate = ((r * r + a * a) * r + 2 * a * a) * energy - 2 * a * momentum
-    phi_rate = (r - 2) * momentum + 2 * a * energy
-    inward = -math.sqrt(2 / (3 * last)) * np.maximum((last - r) / r, 0) ** 1.5
+    t_rate = ((r * r + a * a) * r + 2 * a * a) * fall.energy - 2 * a * fall.momentum
+    phi_rate = (r - 2) * fall.momentum + 2 * a * fall.energy
+    inward = -xp.sqrt(2 / (3 * fall.last)) * xp.maximum((fall.last - r) / r, 0.0) ** 1.5
     clock = r * kerr.horizon_product(a, r) / t_rate
-    falls = r < last
+    falls = r < fall.last
     return Motion(
-        np.where(falls, sense * phi_rate / t_rate, outside.orbital),
-        np.where(falls, clock * clock, outside.slowness),
-        inward * np.where(falls, clock, 0.0),
+        xp.where(falls, sense * phi_rate / t_rate, outside.orbital),
+        xp.where(falls, clock * clock, outside.slowness),
+        xp.where(falls, inward * clock, 0.0),
     )
 
 
-def _orbiting(spin: float, radius: Reals, sense: int) -> Motion:
+def orbital_motion(spin: Any, radius: Any, sense: Any) -> Motion:
+    """Motion on the circular geodesic of a sense in the equatorial plane; floats, NumPy or JAX arrays."""
     return Motion(sense / (sense * spin + radius**1.5), kerr.circular_slowness(spin, radius, sense))
 
 
@@ -111,9 +130,9 @@ def redshift(
         return at_infinity * np.sqrt(np.where(motion.slowness > 0, motion.slowness, np.nan)) / measured
 
 
-def radial_momentum(spin: float, light: Light, radius: Reals) -> Reals:
-    """The size of p_r of photons of unit energy."""
+def radial_momentum(spin: Any, light: Any, radius: Any, xp: Any = np) -> Any:
+    """The size of p_r of photons of unit energy, of which b and q are given; xp: NumPy, or that of JAX."""
     b, q = light
     delta = kerr.horizon_product(spin, radius)
     potential = (radius * radius + spin * spin - spin * b) ** 2 - delta * (q + (b - spin) ** 2)
-    return np.sqrt(np.maximum(potential, 0)) / delta
+    return xp.sqrt(xp.maximum(potential, 0.0)) / delta

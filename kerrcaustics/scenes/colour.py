@@ -10,6 +10,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.files import read_text
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.scenes.scene_checks import check_light, check_number
@@ -171,8 +172,12 @@ def black_body(
 
 def _black_body(kelvin: ArrayLike, white: float = DAYLIGHT, response: ResponseLike = "cie") -> Float[Array, "*batch 3"]:
     """The light of `black_body`, of temperatures that may be NaN."""
-    channels, white_channels = (_interpolated(np.asarray(value, float), response) for value in (kelvin, white))
-    return np.exp(channels - white_channels)
+    kelvin = np.asarray(kelvin, float)
+    logarithms, table = _table(response)
+    ends = logarithms[0], logarithms[-1], len(logarithms) - 1
+    numbers = *ends, *_interpolated(np.asarray(white), response)
+    light = kernel("black_body").on_rays(numbers, [kelvin.ravel()], tables=[table.T])
+    return np.asarray(light).reshape(*kelvin.shape, 3)
 
 
 def luminance(light: ArrayLike) -> Float[Array, "*batch"]:
@@ -219,7 +224,7 @@ def shifted_light(
         return np.ones((*np.shape(redshift), 3))
     if not colour_shift:
         return np.repeat((np.asarray(redshift) ** 4)[..., None], 3, axis=-1)
-    before = _black_body(np.broadcast_to(temperature, np.shape(redshift)), response=response)
+    before = _black_body(temperature, response=response)
     return _factor(before, _black_body(np.asarray(temperature) * redshift, response=response), beaming)
 
 

@@ -22,17 +22,17 @@ def cell_polynomials(x: Any, y: Any, size: Any, data: Any, curving: Any) -> Any:
 
     Parameters: those of `SkyCells`; data (36,) and curving (9,) row by row.
     """
-    scale = [size ** -(i + j) for i, j in _POWERS]
-    terms = [term * one for term, one in zip(_polynomial(jnp.stack(data).reshape(12, 3)), scale, strict=True)]
+    scale = [size ** -(i + j) for i, j in POWERS]
+    terms = [term * one for term, one in zip(polynomial(jnp.stack(data).reshape(12, 3)), scale, strict=True)]
     return jnp.concatenate([jnp.stack([x, y]), *terms, jnp.stack(curving)])
 
 
 # Of x and y in the terms of a patch.
-_POWERS = [(i, j) for j in (0, 1) for i in range(4)] + [(i, j) for j in (2, 3) for i in (0, 1)]
+POWERS = [(i, j) for j in (0, 1) for i in range(4)] + [(i, j) for j in (2, 3) for i in (0, 1)]
 
 
-def _polynomial(data: Any) -> list[Any]:
-    """The coefficients (k,) of the terms of a patch of data (12, k): those of x^i y^j, in the order of `_POWERS`."""
+def polynomial(data: Any) -> list[Any]:
+    """The coefficients (k,) of the terms of a patch of data (12, k): those of x^i y^j, in the order of `POWERS`."""
     value, along_x, along_y = data[:4], data[4:8], data[8:]
 
     def cubic(slope: Any, first: int, last: int) -> tuple[Any, Any]:
@@ -47,7 +47,7 @@ def _polynomial(data: Any) -> list[Any]:
     return [*first, left_2, right_2 - left_2, left_3, right_3 - left_3]
 
 
-def _at(c: Any, x: Any, y: Any) -> tuple[Any, Any, Any]:
+def patch(c: Any, x: Any, y: Any) -> tuple[Any, Any, Any]:
     """The value (k,) of a patch with coefficients c (12, k) at a place, and its derivatives along x and y."""
     by_y = [c[k] + x * (c[k + 1] + x * (c[k + 2] + x * c[k + 3])) for k in (0, 4)]
     by_y += [c[k] + x * c[k + 1] for k in (8, 10)]
@@ -74,10 +74,10 @@ def drift(cells: Any, x: Any, y: Any, cell: Any) -> Any:
 
 
 def _in_cell(cells: Any, x: Any, y: Any, cell: Any) -> tuple[tuple[Any, Any, Any], Any]:
-    """A patch as `_at` has it, per pixel, and the second derivatives (3, 3)."""
+    """A patch as `patch` has it, per pixel, and the second derivatives (3, 3)."""
     row = table_row(cells, cell)
     place = x - row[0] + 0.5, y - row[1] + 0.5
-    return _at(row[2:38].reshape(12, 3), *place), row[38:].reshape(3, 3)
+    return patch(row[2:38].reshape(12, 3), *place), row[38:].reshape(3, 3)
 
 
 def slopes(direction: Any, jacobian: Any, sky: Any, steps: Any) -> Any:
@@ -176,9 +176,9 @@ def cell(size: Any, places: Any, slopes: Any, corners: Any) -> tuple[Any, ...]:
     data = jnp.stack(place + [one * size for column in columns for one in column])
     rates = [[(s[1] - s[0] + s[3] - s[2]) / (2 * size), (s[2] - s[0] + s[3] - s[1]) / (2 * size)] for s in columns]
     curving = jnp.stack([rates[0][0], (rates[1][0] + rates[0][1]) / 2, rates[1][1]])
-    terms = _polynomial(data)
+    terms = polynomial(data)
     scale, _ = _scale(data, terms, curving, size)
-    checked = [value / _length(value) for value in (_at(terms, *place)[0] for place in _CHECKS)]
+    checked = [value / _length(value) for value in (patch(terms, *place)[0] for place in _CHECKS)]
     doubt = jnp.maximum(*(_length(_product(scale, miss)) for miss in _doubts(data, terms)))
     squares = [jnp.sum(one * one) for one in data[4:]]
     extent = jnp.sqrt(jnp.maximum(_most(squares[:4]), _most(squares[4:])))
@@ -191,11 +191,11 @@ def cell_scale(size: Any, data: Any, curving: Any) -> tuple[Any, Any]:
     Parameters: those of `SkyCells`.
     """
     data, curving = jnp.stack(data).reshape(12, 3), jnp.stack(curving).reshape(3, 3)
-    return _scale(data, _polynomial(data), curving, size)
+    return _scale(data, polynomial(data), curving, size)
 
 
 def _scale(data: Any, terms: Any, curving: Any, size: Any) -> tuple[Any, Any]:
-    value, along_x, along_y = _at(terms, 0.5, 0.5)
+    value, along_x, along_y = patch(terms, 0.5, 0.5)
     middle = value / _length(value)
     e_theta, e_phi = polar_basis(middle, jnp)
     matrix = [one / size for one in _matrix(e_theta, e_phi, along_x, along_y)]
@@ -227,7 +227,7 @@ def _most(values: list[Any]) -> Any:
 def _doubts(data: Any, terms: Any) -> list[Any]:
     """As `doubts` in coons_patches.py: the middle (3,) by either diagonal, less that by the edges."""
     value, x, y = data[:4], data[4:8], data[8:]
-    middle = _at(terms, 0.5, 0.5)[0]
+    middle = patch(terms, 0.5, 0.5)[0]
     return [
         (value[i] + value[j]) / 2 + (sign * (x[i] - x[j]) + y[i] - y[j]) / 8 - middle
         for i, j, sign in ((0, 3, 1), (1, 2, -1))

@@ -62,7 +62,10 @@ _PHOTON = Photon(*_FOUR, _FOUR, _FOUR, _ONE)
 _MODULES = (
     "kerrcaustics.lens_map.newton_formulas",
     "kerrcaustics.scenes.cell_formulas",
+    "kerrcaustics.scenes.colour_formulas",
     "kerrcaustics.scenes.direction_formulas",
+    "kerrcaustics.scenes.disk.emission_formulas",
+    "kerrcaustics.scenes.disk.plane_formulas",
     "kerrcaustics.scenes.map_formulas",
     "kerrcaustics.scenes.sky_formulas",
     "kerrcaustics.waves.wave_formulas",

@@ -1,13 +1,13 @@
 """Emission of disks: black bodies of one temperature or of a law, and paint swatches."""
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.scenes.checkerboard import COLOURS, DARKER, GAP_COLOUR, check_pattern, mixed
 from kerrcaustics.scenes.colour import ResponseLike, check_response, from_srgb, seen_black_body, shifted_light
 from kerrcaustics.scenes.disk.samples import DiskSamples
@@ -157,7 +157,7 @@ class PageThorne(ThermalEmission):
 
     def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
         """Temperature in kelvin: the fourth root of the flux."""
-        return np.asarray(self.peak * (page_thorne_flux(spin, radius) / _most_flux(spin)) ** 0.25)
+        return np.asarray(self.peak * np.sqrt(np.sqrt(page_thorne_flux(spin, radius) / _most_flux(spin))))
 
 
 @lru_cache(maxsize=16)
@@ -180,18 +180,21 @@ def page_thorne_flux(spin: float, radius: ArrayLike) -> Float[Array, "*batch"]:
     References: Page & Thorne 1974, ApJ 191, 499, eq. 15n; 4 pi times their f times the flux per area of both faces.
     """
     r = np.asarray(radius, float)
-    last = math.sqrt(_isco(spin))
-    x = np.maximum(np.sqrt(np.maximum(r, 1e-300)), last)
+    return np.asarray(kernel("thin_disk_flux").on_rays(_thin_disk(spin), [r.ravel()])).reshape(r.shape)
+
+
+@lru_cache(maxsize=16)
+def _thin_disk(spin: float) -> tuple[float, ...]:
+    """The numbers of the law for its kernel."""
     third = math.acos(spin) / 3
     roots = (2 * math.cos(third - math.pi / 3), 2 * math.cos(third + math.pi / 3), -2 * math.cos(third))
-    total = x - last - 1.5 * spin * np.log(x / last)
+    shares = []
     for i, root in enumerate(roots):
         first, second = (roots[j] for j in range(3) if j != i)
         # At spin 0 one of the roots is 0, and so is its term.
         share = 3 * (root - spin) ** 2 / (root * (root - first) * (root - second)) if abs(root) > 1e-12 else 0.0
-        total = total - share * np.log((x - root) / (last - root))
-    shape = 1.5 / (x**4 * (x**3 - 3 * x + 2 * spin))
-    return np.where(x > last, np.maximum(shape * total, 0), 0.0)
+        shares.append(share)
+    return spin, math.sqrt(_isco(spin)), *roots, *shares
 
 
 def _isco(spin: float) -> float:
@@ -239,23 +242,22 @@ class Swatches:
         check_pattern(self, least_rows=1)
 
     @cached_property
-    def _paint(self) -> tuple[Float[Array, "3"], Float[Array, "rows 3"]]:
-        """The gaps' colour, and those of the brighter swatches of each row."""
-        return from_srgb(self.gap_colour), mixed(self.colours, self.rows)
+    def _paint(self) -> tuple[tuple[float, ...], Float[Array, "rows 12"]]:
+        """What the kernel takes: the colour of the gaps, and the table of rows."""
+        background = from_srgb(self.gap_colour)
+        bright = mixed(self.colours, self.rows)
+        # By the columns' parity: the brighter swatches of a row are those of its own.
+        even = (np.arange(self.rows) % 2 == 0)[:, None]
+        colours = np.stack([np.where(own, bright, DARKER * bright) for own in (even, ~even)], axis=1) - background
+        above = np.cumsum((1 - self.gap) * colours, axis=0) - (1 - self.gap) * colours
+        return tuple(background), np.concatenate([above, colours], axis=1).reshape(-1, 12)
 
     def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """Linear sRGB light (n, 3), as of paint in daylight."""
-        background, bright = self._paint
-        half_across, half_turn = samples.box()
-        down = list(_covered(samples.across * self.rows, half_across * self.rows, self.gap, self.rows))
-        turns = samples.azimuth * (self.columns / (4 * math.pi))
-        half = half_turn * (self.columns / (4 * math.pi))
-        right = [_share(turns - parity / 2, half, self.gap / 4, (1 - self.gap) / 2) for parity in range(2)]
-        # By the row's parity: the brightness round it, in units of that of its brighter swatches.
-        brightness = [right[parity] + DARKER * right[1 - parity] for parity in range(2)]
-        paint = np.stack([part * brightness[row % 2] for row, part in enumerate(down)], axis=-1)
-        gaps = 1 - sum(down) * (right[0] + right[1])
-        light = paint @ bright + gaps[:, None] * background
+        background, table = self._paint
+        numbers = self.rows, self.columns, self.gap, *background, samples.width
+        columns = samples.across, samples.azimuth, samples.radius, samples.matrix.reshape(-1, 4)
+        light = np.asarray(kernel("paint").on_rays(numbers, columns, tables=[table]))
         return light * shifted_light(samples.redshift, beaming, colour_shift) if beaming or colour_shift else light
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
@@ -271,25 +273,3 @@ class Swatches:
                 bare = (within > 1 - self.gap) & (last < 1) & (low[:, 0] > 0) & (high[:, 0] < 1)
             coarse |= size[:, axis] > 0.3 * period
         return np.where(painted | bare, 1, np.where(coarse, 2 * _PARTS, _PARTS))
-
-
-def _covered(place: Array, half: Array, gap: float, rows: int) -> Iterator[Array]:
-    """The part of boxes about places, in rows, that is within the paint of each row."""
-    half = np.maximum(half, 1e-9)
-    # What lies beyond a rim is none of the disk.
-    low, high = np.maximum(place - half, 0), np.minimum(place + half, rows)
-    size = high - low
-    for row in range(rows):
-        first, last = row + gap / 2, row + 1 - gap / 2
-        yield np.maximum(np.minimum(high, last) - np.maximum(low, first), 0) / size
-
-
-def _share(turns: Array, half: Array, start: float, length: float) -> Array:
-    """The part of intervals about turns that is within a stripe which begins at `start` and recurs every turn."""
-
-    def before(place: Array) -> Array:
-        whole = np.floor(place)
-        return whole * length + np.clip(place - whole - start, 0, length)
-
-    half = np.maximum(half, 1e-9)
-    return (before(turns + half) - before(turns - half)) / (2 * half)

@@ -4,18 +4,17 @@ Pixels are divided into as many parts as their light needs. Each part is lit fro
 rims are covered to the exact part of a square on which the radius is linear.
 """
 
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
-from itertools import repeat
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
 
-from kerrcaustics.beams.emitters import EMITTERS, redshift
+from kerrcaustics.beams.emitters import EMITTERS, Fall, redshift
+from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.beams.trace import cores
-from kerrcaustics.scenes.coons_patches import Weights, weights
-from kerrcaustics.scenes.disk.crossings import FINEST, LARGEST, DiskCells
+from kerrcaustics.scenes.coons_patches import weights
+from kerrcaustics.scenes.disk.crossings import FINEST, DiskCells
 from kerrcaustics.scenes.disk.disk import OPPOSITE, Disk, is_prograde, orbital
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.disk.veil import Veil
@@ -24,8 +23,8 @@ from kerrcaustics.shapes import Bool, Float, Int
 
 Array = np.ndarray
 
-# Parts of pixels that a core lights at a time: memory beside the picture is what these need.
-_LIT = 1 << 18
+# Parts of pixels that a core lights at a time: they fit in its cache.
+_LIT = 1 << 15
 # Pixels with a rim in sight are divided so finely in each direction: one crossing's rim may lie before another's.
 _AT_RIM = 4
 # How far a pixel reaches from its middle, in its steps, and some more as these are not quite even.
@@ -46,12 +45,20 @@ class Looks(NamedTuple):
 
 
 class _Layer(NamedTuple):
-    """A crossing: its cells; the one that each pixel lies in, -1 for none; those within pixels, by their pixel."""
+    """A crossing."""
 
-    cells: DiskCells
+    table: Float[Array, "cells numbers"]
+    """Its cells, as kernels read them."""
     large: Int[Array, " pixels"]
+    """The cell that each pixel lies in, -1 for none."""
     pixel: Int[Array, " small"]
+    """Pixels of the cells that lie within one, ascending."""
     small: Int[Array, " small"]
+    """These cells."""
+    size: Int[Array, " cells"]
+    """Of all cells, on the finest lattice."""
+    corner: Int[Array, "2 cells"]
+    """Of all cells, x and y in their pixel, on this lattice."""
 
 
 def lit(
@@ -69,27 +76,15 @@ def lit(
     parts = np.zeros(shape[0] * shape[1], np.uint8)
     layers = [_layer(disk, cells, shape, looks, parts) for cells in crossings]
 
-    def store(pixels: Array, layers: list[_Layer]) -> None:
-        count = int(parts[pixels[0]])
-        light[pixels], transmission[pixels] = _chunk_lit(disk, layers, shape[1], looks, count, pixels, veil)
+    def store(pixels: Array) -> None:
+        grid = _DividedPixels(shape[1], int(parts[pixels[0]]), pixels)
+        light[pixels], transmission[pixels] = _chunk_lit(disk, layers, looks, grid, veil)
 
+    lit_pixels = np.flatnonzero(parts)
+    chunks = [lit_pixels[rows] for rows in in_chunks(parts[lit_pixels], lambda count: _LIT // count**2)]
     with ThreadPoolExecutor(cores()) as pool:
-        for pixels, covering in _ordered(np.flatnonzero(parts), layers, shape[1]):
-            chunks = (pixels[rows] for rows in in_chunks(parts[pixels], lambda count: _LIT // count**2))
-            list(pool.map(store, chunks, repeat(covering)))
+        list(pool.map(store, chunks))
     return light.reshape(*shape, 3), transmission.reshape(shape)
-
-
-def _ordered(pixels: Array, layers: list[_Layer], width: int) -> Iterator[tuple[Array, list[_Layer]]]:
-    """Pixels with cells within them, and the others, so that those at one place in their cells follow each other."""
-    within = np.zeros(len(layers[0].large) if layers else 0, bool)
-    for layer in layers:
-        within[layer.pixel] = True
-    none = np.zeros(0, int)
-    yield pixels[within[pixels]], layers
-    outside = pixels[~within[pixels]]
-    order = np.lexsort((outside % width % LARGEST, outside // width % LARGEST))
-    yield outside[order], [layer._replace(pixel=none, small=none) for layer in layers]
 
 
 def _layer(disk: Disk, cells: DiskCells, shape: tuple[int, int], looks: Looks, parts: Array) -> _Layer:
@@ -117,7 +112,15 @@ def _layer(disk: Disk, cells: DiskCells, shape: tuple[int, int], looks: Looks, p
     small, pixel = small[inside], (y * width + x)[inside]
     np.maximum.at(parts, pixel, np.maximum(needed, least)[small].astype(parts.dtype))
     order = np.argsort(pixel, kind="stable")
-    return _Layer(cells, large, pixel[order], small[order])
+    corner = np.stack([cells.x, cells.y]) % FINEST
+    return _Layer(_cell_table(cells), large, pixel[order], small[order], cells.size, corner)
+
+
+def _cell_table(cells: DiskCells) -> Float[Array, "cells numbers"]:
+    """Cells as kernels read them."""
+    lengths = [part / FINEST for part in (cells.x, cells.y, cells.size)]
+    columns = *lengths, cells.cover, cells.data.reshape(-1, 24), cells.extra.reshape(-1, 20)
+    return np.asarray(kernel("disk_cell").on_rays((), columns))
 
 
 def _divisions(disk: Disk, cells: DiskCells, looks: Looks) -> tuple[Int[Array, " cells"], Int[Array, " cells"]]:
@@ -178,193 +181,131 @@ def _uneven(disk: Disk, cells: DiskCells, low: Array, high: Array, looks: Looks)
     return np.ptp(opacity, axis=0) > _UNEVEN
 
 
-class _Sight(NamedTuple):
-    """Parts of pixels that see the plane at one crossing; the last axis of all arrays is theirs.
+class _DividedPixels(NamedTuple):
+    """Parts of some pixels of a picture."""
 
-    target (m,), the number of the part; cover (m,), the part of it between the rims; place (2, m), 1 / r and phi; slope
-    (2, 2, m), changes along the sides of the part (rows) of these; extra (5, m) as in `DiskCells`; late (2, m), the
-    change of the travel time along the sides.
-    """
+    width: int
+    """Of the picture, in pixels."""
+    divisions: int
+    """Parts of a pixel each way."""
+    pixels: Int[Array, " n"]
+    """The pixels, ascending."""
+
+
+class _Sight(NamedTuple):
+    """Parts of pixels that see the plane at one crossing, and what they see, as `disk_sample` has it (m,)."""
 
     target: Array
     cover: Array
-    place: Array
-    slope: Array
-    extra: Array
-    late: Array
+    radius: Array
+    azimuth: Array
+    across: Array
+    matrix: Array
+    redshift: Array
+    time: Array
+    cosine: Array
+    photon: Array
 
 
 def _chunk_lit(
-    disk: Disk, layers: list[_Layer], width: int, looks: Looks, count: int, pixels: Array, veil: Veil | None
+    disk: Disk, layers: list[_Layer], looks: Looks, grid: _DividedPixels, veil: Veil | None
 ) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
-    """Light and transmission of some pixels, divided into count x count parts."""
-    light = np.zeros((len(pixels) * count * count, 3))
-    transmission = np.ones(len(light))
+    """Light and transmission of some pixels."""
+    parts, pixels = grid.divisions**2, grid.pixels
+    light, transmission = np.zeros((len(pixels) * parts, 3)), np.ones(len(pixels) * parts)
     for number, layer in enumerate(layers):
-        passing_before = _matter_lit(veil, number, count, pixels, light, transmission)
+        passing_before = _matter_lit(veil, number, parts, pixels, light, transmission)
         lit_through = transmission if passing_before is None else transmission * passing_before
-        groups = _groups(layer, width, count, pixels)
-        sights = [_sight(disk, layer.cells, *group, count, lit_through) for group in groups]
-        if not any(len(part.target) for part in sights):
+        sight = _sight(disk, layer, looks, grid, lit_through) if len(layer.table) else None
+        if sight is None or not len(sight.target):
             continue
-        sight = _Sight(*(np.concatenate(parts, axis=-1) for parts in zip(*sights, strict=True)))
         shining, passing = _parts_lit(disk, sight, looks)
-        light[sight.target] += lit_through[sight.target, None] * shining
+        shining *= lit_through[sight.target, None]
+        light[sight.target] += shining
         transmission[sight.target] *= passing
-    last = _matter_lit(veil, len(layers), count, pixels, light, transmission)
+    last = _matter_lit(veil, len(layers), parts, pixels, light, transmission)
     transmission = transmission if last is None else transmission * last
-    each = np.full((1, count * count), 1 / count**2)
+    each = np.full((1, parts), 1 / parts)
     return (each @ light.reshape(len(pixels), -1, 3))[:, 0], transmission.reshape(len(pixels), -1) @ each[0]
 
 
 def _matter_lit(
-    veil: Veil | None, number: int, count: int, pixels: Array, light: Array, transmission: Array
+    veil: Veil | None, number: int, parts: int, pixels: Array, light: Array, transmission: Array
 ) -> Float[Array, " parts"] | None:
     """Add the light of a volume before a crossing to parts of pixels, and return the part that it lets through."""
     if veil is None:
         return None
-    light += transmission[:, None] * np.repeat(veil.light[number][pixels], count * count, axis=0)
-    return np.repeat(veil.transmission[number][pixels], count * count)
+    light += transmission[:, None] * np.repeat(veil.light[number][pixels], parts, axis=0)
+    return np.repeat(veil.transmission[number][pixels], parts)
 
 
 def _sight(
-    disk: Disk,
-    cells: DiskCells,
-    rows: Array,
-    block: tuple[slice, slice],
-    which: Array,
-    where: Weights,
-    count: int,
-    transmission: Float[Array, " parts"],
+    disk: Disk, layer: _Layer, looks: Looks, grid: _DividedPixels, transmission: Float[Array, " parts"]
 ) -> _Sight:
-    """The visible plane of those parts that see it.
-
-    transmission: the part of its light that comes through to each of them; other parameters as `_groups` yields them.
-    """
-    down, right = (np.arange(part.start, part.stop) for part in block)
-    target = rows[:, None] * count**2 + (down[:, None] * count + right).ravel()
-    # The length of a cell along a side of a part.
-    side = FINEST / int(cells.size[which[0]]) / count
-    by = np.stack([where.value, side * where.along_x, side * where.along_y], axis=1).reshape(12, -1)
-    data = (_columns(cells.data, which) @ by).reshape(2, len(which), 3, -1)
-    by = np.concatenate([where.mean, side * where.mean_x, side * where.mean_y], axis=1)
-    extra = _columns(cells.extra, which)
-    late = (extra[4] @ by[:, target.shape[1] :]).reshape(len(which), 2, -1)
-    cover = np.repeat(cells.cover[which, None], target.shape[1], axis=1)
-    rim = np.flatnonzero((cells.low[which, 0] < 1 / disk.outer) | (cells.high[which, 0] > 1 / disk.inner))
-    value, *slopes = np.moveaxis(data[0, rim], 1, 0)
-    within = [covered_part(value - edge, *slopes) for edge in (1 / disk.outer, 1 / disk.inner)]
-    cover[rim] *= within[0] - within[1]
-    parts = (data[:, :, 0], data[:, :, 1:].swapaxes(1, 2), extra @ where.mean, late.swapaxes(0, 1))
-    visible = np.flatnonzero((cover > 0) & (transmission[target] > 0))
-    return _Sight(*(part.reshape(*part.shape[:-2], -1).take(visible, -1) for part in (target, cover, *parts)))
+    """Parts that see the plane, and of whose light there some comes through."""
+    target, cell = _visible(layer, grid)
+    if not transmission.all():
+        open_to = transmission[target] > 0
+        target, cell = target[open_to], cell[open_to]
+    row, part = np.divmod(target, grid.divisions**2)
+    circles = not getattr(disk.emission, "keeps_shape", False)
+    numbers = disk.inner, disk.outer, *_matter(disk.motion, looks.spin), looks.time, looks.delay, circles, *grid[:2]
+    columns = grid.pixels[row] * grid.divisions**2 + part, cell
+    sight = _Sight(target, *kernel("disk_sample").on_rays(numbers, columns, tables=[layer.table]))
+    seen = sight.cover > 0
+    return sight if seen.all() else _Sight(*(values[seen] for values in sight))
 
 
-def _columns(values: Float[Array, "cells rows columns"], which: Int[Array, " n"]) -> Float[Array, "columns n rows"]:
-    """Values of some cells, column by column, as matrices are multiplied fastest."""
-    return np.ascontiguousarray(values[which].transpose(2, 0, 1))
+@lru_cache(maxsize=16)
+def _matter(motion: str, spin: float) -> tuple[float, ...]:
+    """The numbers of a motion for its kernel."""
+    sense = 0 if motion == "static" else 1 if is_prograde(motion) else -1
+    fall = Fall.of(spin, sense) if motion.endswith("plunging") else Fall(0.0, 1.0, 0.0)
+    return spin, sense, *(float(number) for number in fall)
 
 
-def _groups(
-    layer: _Layer, width: int, count: int, pixels: Array
-) -> Iterator[tuple[Array, tuple[slice, slice], Array, Weights]]:
-    """Pixels that see one crossing through cells of one size at one place in them.
-
-    Each as: rows of the pixels; slices of their parts, down and across; the cells; the weights there.
-    """
-    cells, whole = layer.cells, (slice(0, count), slice(0, count))
+def _visible(layer: _Layer, grid: _DividedPixels) -> tuple[Int[Array, " m"], Int[Array, " m"]]:
+    """Numbers (m,) of parts that see one crossing, pixel by pixel as they are given, and of the cells that they see."""
+    count, pixels = grid.divisions, grid.pixels
     number = layer.large[pixels]
     rows = np.flatnonzero(number >= 0)
-    if len(rows):
-        number = number[rows]
-        size = cells.size[number] // FINEST
-        x = pixels[rows] % width - cells.x[number] // FINEST
-        y = pixels[rows] // width - cells.y[number] // FINEST
-        for kind, chosen in _by_value((size * FINEST + y) * FINEST + x):
-            size_here, place = divmod(kind, FINEST * FINEST)
-            down, right = divmod(place, FINEST)
-            side = 1 / size_here
-            yield rows[chosen], whole, number[chosen], weights(right * side, down * side, side, count)
+    found = [(np.add.outer(rows * count**2, np.arange(count**2)).ravel(), np.repeat(number[rows], count**2))]
     first, last = np.searchsorted(layer.pixel, [pixels[0], pixels[-1] + 1])
     row = np.searchsorted(pixels, layer.pixel[first:last])
-    here = np.flatnonzero(pixels[np.minimum(row, len(pixels) - 1)] == layer.pixel[first:last])
-    if not len(here):
-        return
-    number, row = layer.small[first:last][here], row[here]
-    size = cells.size[number]
-    for kind, chosen in _by_value((size * FINEST + cells.y[number] % FINEST) * FINEST + cells.x[number] % FINEST):
-        size_here, place = divmod(kind, FINEST * FINEST)
-        down, right = divmod(place, FINEST)
-        parts = size_here * count // FINEST
-        first_row, first_column = down * count // FINEST, right * count // FINEST
-        block = slice(first_row, first_row + parts), slice(first_column, first_column + parts)
-        yield row[chosen], block, number[chosen], weights(0.0, 0.0, 1.0, parts)
-
-
-def _by_value(kinds: Array) -> Iterator[tuple[int, Array]]:
-    """Values, each with its places."""
-    order = np.argsort(kinds, kind="stable")
-    values, starts = np.unique(kinds[order], return_index=True)
-    for value, chosen in zip(values, np.split(order, starts[1:]), strict=True):
-        yield int(value), chosen
+    here = pixels[row] == layer.pixel[first:last]
+    cell, row = layer.small[first:last][here], row[here]
+    for size in np.unique(layer.size[cell]):
+        which = layer.size[cell] == size
+        within = np.arange(size * count // FINEST)
+        right, down = layer.corner[:, cell[which]] * count // FINEST
+        start = row[which] * count**2 + down * count + right
+        target = start[:, None] + np.add.outer(within * count, within).ravel()
+        found.append((target.ravel(), np.repeat(cell[which], len(within) ** 2)))
+    target, seen = (np.concatenate(part) for part in zip(*found, strict=True))
+    return target, seen
 
 
 def _parts_lit(disk: Disk, sight: _Sight, looks: Looks) -> tuple[Float[Array, "m 3"], Float[Array, " m"]]:
     """Light (m, 3) and transmission (m,) of parts of pixels."""
-    at_infinity, b, q, outward, _ = sight.extra
-    # Parts on a rim are lit by what lies within.
-    radius = np.clip(1 / sight.place[0], disk.inner, disk.outer)
+    samples = _samples(disk, sight, looks)
+    emitted = disk.emission.light(samples, looks.beaming, looks.colour_shift)
+    shining = np.multiply(disk.brightness, emitted, dtype=float)
+    if looks.beaming or looks.colour_shift:
+        shining[~np.isfinite(sight.redshift)] = 0.0
+    shining *= sight.cover[:, None]
+    return shining, 1 - sight.cover * (1 - disk.transmitted(samples, sight.cosine))
 
-    def ratio_of(motion: str) -> Array:
-        photon = (b, q), (radius, 0.0), at_infinity, outward > 0.5
-        return np.asarray(redshift(EMITTERS[motion], looks.spin, *photon))
+
+def _samples(disk: Disk, sight: _Sight, looks: Looks) -> DiskSamples:
+    """Samples of the disk, or of its pattern, which circles as light travels."""
 
     def opposite(samples: DiskSamples) -> DiskSamples:
         reverse = OPPOSITE[disk.motion]
-        return samples._replace(redshift=ratio_of(reverse), orbital=partial(orbital, reverse, looks.spin))
+        b, q, at_infinity, outward = sight.photon.T
+        photon = (b, q), (sight.radius, 0.0), at_infinity, outward > 0.5
+        ratio = np.asarray(redshift(EMITTERS[reverse], looks.spin, *photon))
+        return samples._replace(redshift=ratio, orbital=partial(orbital, reverse, looks.spin))
 
-    ratio = ratio_of(disk.motion)
-    samples = _samples(disk, sight, looks, radius, ratio)._replace(opposite=opposite)
-    shining = disk.brightness * disk.emission.light(samples, looks.beaming, looks.colour_shift)
-    if looks.beaming or looks.colour_shift:
-        shining = np.where(np.isfinite(ratio)[:, None], shining, 0.0)
-    # p . normal over p . u of what shines, which in units of the energy at infinity is a ratio of the two ratios.
-    cosine = np.sqrt(np.maximum(q, 0)) / radius * ratio / at_infinity if disk.slanting else np.ones_like(radius)
-    return sight.cover[:, None] * shining, 1 - sight.cover * (1 - disk.transmitted(samples, cosine))
-
-
-def _samples(disk: Disk, sight: _Sight, looks: Looks, radius: Array, ratio: Array) -> DiskSamples:
-    """Samples of the disk, or of its pattern, which circles as light travels."""
-    along_radius = -(radius**2) * sight.slope[0]
-    azimuth, along_azimuth = sight.place[1], sight.slope[1]
-    emitted = looks.time - (sight.extra[4] if looks.delay else np.zeros_like(radius))
-    if looks.delay:
-        along_azimuth = along_azimuth + disk.orbital(looks.spin, radius) * sight.late
-    if not getattr(disk.emission, "keeps_shape", False) and np.any(emitted):
-        azimuth = azimuth - disk.orbital(looks.spin, radius) * emitted
-        step = 1e-4 * radius
-        farther, nearer = (disk.orbital(looks.spin, radius + sign * step) for sign in (1, -1))
-        along_azimuth = along_azimuth - ((farther - nearer) / (2 * step) * emitted) * along_radius
-    matrix = np.moveaxis(np.stack([along_radius, radius * along_azimuth]), -1, 0)
-    width = disk.outer - disk.inner
-    spin = looks.spin if is_prograde(disk.motion) else -looks.spin
-    across = (radius - disk.inner) / width
-    return DiskSamples(radius, azimuth, across, matrix, ratio, width, spin, emitted, partial(disk.orbital, looks.spin))
-
-
-def covered_part(over: Array, x: Array, y: Array) -> Array:
-    """The part of a square in which a linear function is positive: its value in the middle, its changes along sides.
-
-    A square's shadow along the gradient is a trapezoid; this is its integral.
-    """
-    x, y = np.abs(x), np.abs(y)
-    large, small = np.maximum(x, y), np.minimum(x, y)
-    large = np.maximum(large, 1e-300)
-    small = np.maximum(small, 1e-4 * large)
-
-    def ramp(z: Array) -> Array:
-        return np.maximum(z, 0) ** 2
-
-    outer, inner = (large + small) / 2, (large - small) / 2
-    integral = ramp(over + outer) - ramp(over + inner) - ramp(over - inner) + ramp(over - outer)
-    return np.where(over >= outer, 1.0, np.where(over <= -outer, 0.0, integral / np.maximum(2 * large * small, 1e-300)))
+    width, spin = disk.outer - disk.inner, looks.spin if is_prograde(disk.motion) else -looks.spin
+    seen = sight.radius, sight.azimuth, sight.across, sight.matrix, sight.redshift
+    return DiskSamples(*seen, width, spin, sight.time, partial(disk.orbital, looks.spin), opposite)

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.equatorial_plane import MOST_CROSSINGS
+from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.lens_map.domains import Ring
 from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
 from kerrcaustics.scenes.disk.disk import MOTIONS
-from kerrcaustics.scenes.disk.lighting import covered_part
 from kerrcaustics.scenes.disk.ring_images import ring_images
 from kerrcaustics.scenes.scene_checks import check_number
 from kerrcaustics.shapes import Float
@@ -214,7 +214,7 @@ def binned(shift: Array, start: Array, stop: Array, light: Array, edges: Array) 
     for k in range(int(np.max(last - first, initial=0))):
         cut = cut[first[cut] + k < last[cut]]
         edge = first[cut] + k
-        part = covered_part(edges[edge] - shift[cut], start[cut], stop[cut])
+        part = kernel("covered_part").on_rays((), (edges[edge] - shift[cut], start[cut], stop[cut]))
         below += np.bincount(edge, part * light[cut], len(edges))
     return np.diff(below)
 

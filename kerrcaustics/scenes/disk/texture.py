@@ -3,11 +3,12 @@
 import math
 import os
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.scenes.colour import shifted_light
 from kerrcaustics.scenes.disk.samples import DiskSamples
 from kerrcaustics.scenes.light_files import read_picture_with_alpha, size_of
@@ -20,6 +21,39 @@ Array = np.ndarray
 _LARGEST_PICTURE = 8192
 # Pixels with much of a picture in them are divided at most so finely in each direction.
 _MOST_PARTS = 16
+
+
+class Pyramid(NamedTuple):
+    """A picture and coarser ones, each half as fine.
+
+    pixels (m, channels), of one level behind the other, by rows; levels (k, 3): the first pixel, the rows and the
+    columns of each.
+    """
+
+    pixels: Array
+    levels: Array
+
+    @classmethod
+    def of(cls, picture: Float[Array, "h w channels"]) -> "Pyramid":
+        """That of a picture."""
+        levels = [picture]
+        while min(levels[-1].shape[:2]) >= 2:
+            levels.append(_halved(levels[-1]))
+        sizes, shapes = [level[..., 0].size for level in levels], [level.shape[:2] for level in levels]
+        first = np.cumsum([0, *sizes[:-1]])
+        pixels = np.concatenate([level.reshape(-1, picture.shape[2]) for level in levels], dtype=np.float32)
+        return cls(pixels, np.column_stack([first, shapes]).astype(float))
+
+    def values(self, width: float, columns: tuple[Array, ...]) -> Float[Array, "n channels"]:
+        """Values (n, channels) in parts of pixels, by a disk's width, and what kernels take of them."""
+        _, rows, turn = self.levels[0]
+        channels, numbers = self.pixels.shape[1], (rows, turn, len(self.levels), width)
+        values = kernel(f"texture_{channels}").on_rays(numbers, columns, tables=self)
+        return np.asarray(values).reshape(-1, channels)
+
+    def at(self, across: Float[Array, " n"], azimuth: Float[Array, " n"]) -> Float[Array, "n channels"]:
+        """Values (n, channels) of the finest level at places."""
+        return self.values(1.0, (across, azimuth, np.ones(len(across)), np.zeros((len(across), 4))))
 
 
 class Texture:
@@ -61,8 +95,8 @@ class Texture:
         check_light("light", picture)
         self.shape = picture.shape[:2]
         cover = None if alpha is None else _checked_alpha(alpha, self.shape)
-        self._levels = pyramid(picture if cover is None else picture * cover)
-        self.cover = None if cover is None or cover.min() == 1 else pyramid(cover)
+        self._pyramid = Pyramid.of(picture if cover is None else picture * cover)
+        self.cover = None if cover is None or cover.min() == 1 else Pyramid.of(cover)
 
     def __repr__(self) -> str:
         """Return a line with its size."""
@@ -87,25 +121,12 @@ class Texture:
 
     def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """Linear sRGB light (n, 3); for a shift of colours the picture counts as lit by daylight."""
-        return self.mean(self._levels, samples) * shifted_light(samples.redshift, beaming, colour_shift)
+        return self.mean(self._pyramid, samples) * shifted_light(samples.redshift, beaming, colour_shift)
 
-    def mean(self, levels: list[Array], samples: DiskSamples) -> Float[Array, "n channels"]:
+    def mean(self, pyramid: Pyramid, samples: DiskSamples) -> Float[Array, "n channels"]:
         """Values (n, channels) of a pyramid, averaged over samples."""
-        rows, columns = self.shape
-        half_across, half_turn = samples.box()
-        size = np.maximum(2 * half_across * rows, half_turn * columns / math.pi)
-        level = np.clip(np.log2(np.maximum(size, 1e-9)), 0, len(levels) - 1)
-        lower = level.astype(int)
-        down, right = 1 - samples.across, samples.azimuth / (2 * math.pi)
-        values = np.empty((len(level), levels[0].shape[2]), np.float32)
-        for k in np.unique(lower):
-            which = lower == k
-            fine = bilinear(levels[k], down[which], right[which])
-            if k + 1 < len(levels):
-                part = (level[which] - k)[:, None].astype(np.float32)
-                fine = fine + part * (bilinear(levels[k + 1], down[which], right[which]) - fine)
-            values[which] = fine
-        return values
+        columns = samples.across, samples.azimuth, samples.radius, samples.matrix.reshape(-1, 4)
+        return pyramid.values(samples.width, columns)
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
         """The number for which a part is as large as a pixel of the picture, up to a limit."""
@@ -126,21 +147,21 @@ class AlphaOpacity:
         """The part (n,) of the light behind that is kept at places."""
         assert self.texture.cover is not None
         across = (radius - self.inner) / (self.outer - self.inner)
-        return _part(bilinear(self.texture.cover[0], 1 - across, (azimuth - self.angle) / (2 * math.pi)))
+        return as_part(self.texture.cover.at(across, azimuth - self.angle))
 
     def mean(self, samples: DiskSamples) -> Float[Array, " n"]:
         """The opacity (n,), averaged over samples."""
         assert self.texture.cover is not None
-        return _part(self.texture.mean(self.texture.cover, samples._replace(azimuth=samples.azimuth - self.angle)))
+        return as_part(self.texture.mean(self.texture.cover, samples._replace(azimuth=samples.azimuth - self.angle)))
 
     def turned(self, angle: float) -> "AlphaOpacity":
         """The opacity turned by an angle (radians, toward larger phi)."""
         return replace(self, angle=self.angle + angle)
 
 
-def _part(values: Any) -> Float[Array, " n"]:
-    """Values (n, 1) as a part; their single precision may take them beyond 1."""
-    return np.clip(values[..., 0], 0, 1)
+def as_part(values: Float[Array, "n 1"]) -> Float[Array, " n"]:
+    """Values as a part; round-off may take them beyond 1."""
+    return np.clip(values[:, 0], 0, 1)
 
 
 def _opaque(
@@ -164,29 +185,8 @@ def _checked_alpha(alpha: ArrayLike, shape: tuple[int, ...]) -> Float[Array, "h 
     return cover[..., None]
 
 
-def pyramid(picture: Float[Array, "h w channels"]) -> list[Array]:
-    """The picture and coarser ones, each half as fine."""
-    levels = [picture]
-    while min(levels[-1].shape[:2]) >= 2:
-        levels.append(_halved(levels[-1]))
-    return levels
-
-
 def _halved(picture: Float[Array, "h w channels"]) -> Float[Array, "_h _w channels"]:
     """Means of two by two pixels; the last one of an odd number counts twice."""
     rows, columns = picture.shape[:2]
     even = np.pad(picture, ((0, rows % 2), (0, columns % 2), (0, 0)), mode="edge")
     return (even[::2, ::2] + even[1::2, ::2] + even[::2, 1::2] + even[1::2, 1::2]) / 4
-
-
-def bilinear(picture: Float[Array, "h w channels"], down: Float[Array, " n"], right: Float[Array, " n"]) -> Any:
-    """Values (n, channels) at parts of the height and of the way round."""
-    rows, columns = picture.shape[:2]
-    y = np.clip(down * rows - 0.5, 0, rows - 1)
-    x = right * columns - 0.5
-    top, left = np.minimum(y.astype(int), max(rows - 2, 0)), np.floor(x).astype(int)
-    v, u = (y - top)[:, None].astype(np.float32), (x - left)[:, None].astype(np.float32)
-    below, left, beside = np.minimum(top + 1, rows - 1), left % columns, (left + 1) % columns
-    upper = picture[top, left] * (1 - u) + picture[top, beside] * u
-    lower = picture[below, left] * (1 - u) + picture[below, beside] * u
-    return upper * (1 - v) + lower * v

@@ -8,7 +8,7 @@ import numpy as np
 from kerrcaustics.scenes.colour import ResponseLike
 from kerrcaustics.scenes.disk.emission import BlackBody, PageThorne, ThermalEmission
 from kerrcaustics.scenes.disk.samples import DiskSamples
-from kerrcaustics.scenes.disk.texture import Texture, bilinear, pyramid
+from kerrcaustics.scenes.disk.texture import Pyramid, Texture, as_part
 from kerrcaustics.scenes.scene_checks import check_number
 from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.checks import one_of, quoted, real_number, whole_number
@@ -90,14 +90,13 @@ class Wisps(Texture):
         field = _random_field(whole_number("seed", seed, 0), across)
         near = np.clip(np.minimum(across, 1 - across) / _SOFT, 0, 1)
         tau = depth * (near * near * (3 - 2 * near)) * np.exp(contrast * field - contrast**2 / 2)
-        self._opacity = -np.expm1(-tau)[..., None]
         # Of a texture, one channel: the part that shines is the same in all.
         self.shape, self.cover = (_ROWS, _COLUMNS), None
-        self._levels = pyramid(self._opacity.astype(np.float32))
+        self._pyramid = Pyramid.of(-np.expm1(-tau)[..., None].astype(np.float32))
 
     def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """The light of a black body, times the opacity; seen with g and both shifts, that of one of g T."""
-        return self.mean(self._levels, samples) * self.gas.light(samples, beaming, colour_shift)
+        return self.mean(self._pyramid, samples) * self.gas.light(samples, beaming, colour_shift)
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
         """Half as many parts as for any picture, whose finest features are stronger."""
@@ -106,9 +105,7 @@ class Wisps(Texture):
     def opacity(self, radius: Float[Array, " n"], azimuth: Float[Array, " n"]) -> Float[Array, " n"]:
         """The part (n,) of the light behind that is blocked when seen along the axis."""
         across = (radius - self.inner) / (self.outer - self.inner)
-        values: Any = bilinear(self._opacity, 1 - across, azimuth / (2 * math.pi))
-        # Its single precision may take it beyond 1.
-        return np.clip(values[..., 0], 0, 1)
+        return as_part(self._pyramid.at(across, azimuth))
 
 
 def _random_field(seed: int, across: Float[Array, "rows 1"]) -> Float[Array, "rows columns"]:

@@ -1,0 +1,42 @@
+"""Colours of black bodies, as a JAX function of one temperature: a kernel is made of it."""
+
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+
+from kerrcaustics.beams.kernels.programs import Number, Program
+from kerrcaustics.beams.kernels.tables import Table, table_row
+
+
+class Colours(NamedTuple):
+    """Colours by temperature: the first and the last logarithm of one, and steps; a table of logarithms (3,) of light.
+
+    white: what these are for light of 1.
+    """
+
+    first: Any
+    last: Any
+    steps: Any
+    white: Any
+    table: Any
+
+
+def black_body_light(colours: Colours, kelvin: Any) -> Any:
+    """Light (3,) of a black body, whose logarithm is linear between temperatures of the table; NaN for NaN."""
+    place = (jnp.log(kelvin) - colours.first) / (colours.last - colours.first)
+    place = jnp.minimum(jnp.maximum(place, 0.0), 1.0) * colours.steps
+    number = jnp.minimum(jnp.floor(place), colours.steps - 1)
+    below, above = table_row(colours.table, number), table_row(colours.table, number + 1)
+    light = jnp.exp(below + (place - number) * (above - below) - jnp.stack(colours.white))
+    return jnp.where(jnp.isnan(kelvin), jnp.nan, light)
+
+
+# They stand where functions have numbers.
+_ONE: Any = Number.OF_CALL
+_EACH: Any = Number.OF_RAY
+
+
+def programs() -> dict[str, Program]:
+    """The kernel of colours by its name."""
+    colours = Colours(_ONE, _ONE, _ONE, (_ONE,) * 3, Table(3))
+    return {"black_body": Program(black_body_light, (colours, _EACH))}
