@@ -289,7 +289,8 @@ def test_closed_channels_say_why(address):
 def test_work_is_reported_while_it_lasts(address):
     with opened(address) as socket:
         socket.recv()
-        socket.send(asked("full", spin=0.987, orders=4))
+        # It takes several times as long as goes by before the first report.
+        socket.send(asked("full", spin=0.997, orders=5))
         reported = []
         while not reported or reported[-1]["kind"] == "progress":
             reported.append(read(socket.recv(timeout=300))[0])
