@@ -290,7 +290,7 @@ def test_work_is_reported_while_it_lasts(address):
     with opened(address) as socket:
         socket.recv()
         # It takes several times as long as goes by before the first report.
-        socket.send(asked("full", spin=0.997, orders=5))
+        socket.send(asked("full", spin=0.9987, orders=4))
         reported = []
         while not reported or reported[-1]["kind"] == "progress":
             reported.append(read(socket.recv(timeout=300))[0])
