@@ -2,7 +2,6 @@
 # What functions return besides these is reached through its module.
 
 from . import disks as disks, functional as functional, pictures as pictures, skies as skies
-from .astronomy.physical_scale import PhysicalScale as PhysicalScale
 from .beams.beam import Beams as Beams, Rays as Rays, Status as Status
 from .beams.directions import tangent_basis as tangent_basis
 from .beams.ends import CelestialSphere as CelestialSphere, EquatorialPlane as EquatorialPlane, Sphere as Sphere
@@ -17,13 +16,13 @@ from .extended_sources.magnification import magnification as magnification
 from .images.counts import count_map as count_map, image_counts as image_counts
 from .images.derivatives import image_derivatives as image_derivatives
 from .images.images import StarImages as StarImages, star_images as star_images
+from .interop.physical_scale import PhysicalScale as PhysicalScale
 from .light_curves.light_curve import light_curve as light_curve
 from .light_curves.sources import Ball as Ball, Spot as Spot
 from .orbits.orbit import Orbit as Orbit
 from .results.datasets import to_xarray as to_xarray
 from .results.records import record as record
 from .results.storage import load as load, save as save
-from .scene_files.reading import read_scene as read_scene
 from .scene_files.scene_file import SceneFile as SceneFile
 from .scenes.disk.profile import line_profile as line_profile
 from .scenes.render import render as render
@@ -32,6 +31,7 @@ from .spacetime.camera import Camera as Camera
 from .spacetime.kerr import isco as isco
 from .spacetime.observer import Observer as Observer
 from .spacetime.shadow import shadow_edge as shadow_edge
+from .sweeps.reading import read_scene as read_scene
 from .sweeps.run import sweep as sweep
 from .tracks.circles import circle_images as circle_images
 from .tracks.event_derivatives import event_derivatives as event_derivatives

@@ -43,7 +43,7 @@ ALL_BUT = {
 ROOMS = {
     "films": FILMS,
     "spacetime": SPACETIME,
-    "astronomy": ASTRONOMY,
+    "interop": ASTRONOMY,
     "beams": BEAMS,
     "curves": CURVES,
     "images": IMAGES,

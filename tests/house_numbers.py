@@ -10,17 +10,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from test_layers import ENTRY_POINTS, FLOORS
+
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "kerrcaustics"
-# The five floors, from the ground: rooms and top-level modules.
-FLOORS = (
-    "shapes choices lazy_names files extras interrupts toml_files workers results numerics",
-    "spacetime orbits beams astronomy interop",
-    "lens_map curves level_curves images tracks light_curves extended_sources waves functional photon_rings",
-    "scenes films scene_files",
-    "draw explorer sweeps report scripts cli",
-)
-ENTRY_POINTS = {"__init__", "__main__", "skies", "disks", "pictures"}
 SURFACES = {"CelestialSphere", "Sphere", "EquatorialPlane", "Spherical", "Spheres"}
 DOMAINS = {"OneLeaf", "TwoLeaves", "Ring"}
 # Words that are participles or particles: names of functions that are none of the field's nouns, and no verb.
@@ -49,7 +42,7 @@ def modules() -> Iterator[Module]:
 
 def floor_of(room: str) -> int:
     """The number of the floor of a room, from 0; -1 for an entry point."""
-    return -1 if room in ENTRY_POINTS else next(n for n, rooms in enumerate(FLOORS) if room in rooms.split())
+    return -1 if room in ENTRY_POINTS else next(n for n, rooms in enumerate(FLOORS.values()) if room in rooms)
 
 
 def imported_rooms(tree: ast.AST) -> set[str]:

@@ -9,7 +9,7 @@ from filming import read_bar
 from kerrcaustics.__main__ import main
 from kerrcaustics.workers import worker_failures
 
-sys.modules["kerrcaustics.scene_files.reading"] = SimpleNamespace(read_scene=read_bar)
+sys.modules["kerrcaustics.sweeps.reading"] = SimpleNamespace(read_scene=read_bar)
 sys.modules.setdefault("kerrcaustics.scene_files", SimpleNamespace())
 worker_failures.MOST_DEATHS_WITH_A_JOB = int(os.environ.get("DEATHS", worker_failures.MOST_DEATHS_WITH_A_JOB))
 

@@ -5,7 +5,7 @@ import pytest
 from command_line import run
 
 import kerrcaustics as kc
-from kerrcaustics.orbits.orbit_file import read_orbit
+from kerrcaustics.scene_files.orbit_file import read_orbit
 
 MARK = "\ufeff"
 SCENE = """hole = {spin = 0.9}

@@ -19,8 +19,8 @@ from kerrcaustics.draw.count_map import count_map_axes
 from kerrcaustics.draw.projection import azimuthal_equidistant, unrolled_places, view_axes
 from kerrcaustics.draw.sky_axes import wrapped
 from kerrcaustics.scenes.catalogue import galactic_axes
+from kerrcaustics.spacetime.circles import Circle
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle
-from kerrcaustics.tracks.level_curves.circle import Circle
 from kerrcaustics.tracks.lines import places_on_line
 
 CAMERA = kc.Camera(0.9, 6.0)

@@ -202,7 +202,7 @@ def scenes(monkeypatch, tmp_path):
     """Scene files that are bars: a function that writes one."""
     reading = SimpleNamespace(read_scene=read_bar)
     monkeypatch.setitem(sys.modules, "kerrcaustics.scene_files", SimpleNamespace(reading=reading))
-    monkeypatch.setitem(sys.modules, "kerrcaustics.scene_files.reading", reading)
+    monkeypatch.setitem(sys.modules, "kerrcaustics.sweeps.reading", reading)
     monkeypatch.setitem(sys.modules, "kerrcaustics.scene_files.templates", templates)
 
     def write(text="{}"):
@@ -295,7 +295,7 @@ def test_command_refuses(arguments, complaint, assert_refused, scenes):
 
 def test_a_scene_of_a_sweep_is_no_film(scenes, assert_refused, monkeypatch):
     bar = scenes()
-    monkeypatch.setattr(sys.modules["kerrcaustics.scene_files.reading"], "read_scene", lambda _: object())
+    monkeypatch.setattr(sys.modules["kerrcaustics.sweeps.reading"], "read_scene", lambda _: object())
     assert_refused(["film", bar], "is that of a sweep")
 
 

@@ -1,4 +1,4 @@
-"""The flow of imports: a stage uses earlier stages only, and the command line starts light."""
+"""The flow of imports: a room uses floors below and listed rooms of its own; the command line starts light."""
 
 import ast
 import subprocess
@@ -9,39 +9,35 @@ import pytest
 from marks import few
 
 PACKAGE = Path(__file__).parents[1] / "kerrcaustics"
-STAGES = [
-    "shapes",
-    "choices",
-    "lazy_names",
-    "files",
-    "extras",
-    "interrupts",
-    "workers",
-    "toml_files",
-    "results",
-    "films",
-    "numerics",
-    "spacetime",
-    "orbits",
-    "astronomy",
-    "beams",
-    "lens_map",
-    "curves",
-    "images",
-    "functional",
-    "tracks",
-    "extended_sources",
-    "light_curves",
-    "waves",
-    "scenes",
-    "draw",
-    "sweeps",
-    "scene_files",
-    "explorer",
-    "scripts",
-    "report",
-    "cli",
-]
+# The floors, from the ground: their rooms and top-level modules, each with those of its own floor that it may import.
+FLOORS = {
+    "base": {
+        "shapes": "",
+        "choices": "",
+        "files": "",
+        "extras": "",
+        "interrupts": "",
+        "lazy_names": "choices",
+        "toml_files": "choices files",
+        "workers": "extras files",
+        "results": "files lazy_names",
+        "numerics": "shapes",
+    },
+    "engine": {"spacetime": "", "orbits": "spacetime", "beams": "spacetime", "interop": "spacetime"},
+    "lensing": {
+        "lens_map": "",
+        "curves": "lens_map",
+        "images": "lens_map curves",
+        "level_curves": "lens_map curves images",
+        "tracks": "lens_map images level_curves",
+        "extended_sources": "lens_map curves images level_curves",
+        "light_curves": "lens_map images tracks",
+        "waves": "lens_map curves images extended_sources",
+        "functional": "curves images",
+    },
+    "pictures": {"scenes": "", "films": "", "draw": "scenes films", "scene_files": "scenes draw"},
+    "apps": {"explorer": "", "sweeps": "", "report": "", "scripts": "", "cli": "explorer sweeps report scripts"},
+}
 ENTRY_POINTS = {"__init__", "__main__", "skies", "disks", "pictures"}
 MODULES = sorted(path.relative_to(PACKAGE) for path in PACKAGE.rglob("*.py"))
 HEAVY = {"astropy", "distributed", "jax", "matplotlib", "msgspec", "pyvista", "scipy", "skimage", "xarray", "zarr"}
@@ -66,26 +62,80 @@ AT_ONCE = [
     "sweep bad.toml",
 ]
 
+# What pictures, films, files of scenes, the command line and the explorer need, and no analysis does.
+ABOVE = {"matplotlib", "PIL", "cyclopts", "rich", "msgspec", "xarray", "starlette", "pyvista", "zarr"}
+LENSING = """
+import importlib, pkgutil, sys
 
-def imported_stages(module: Path) -> set[str]:
-    """The names after `kerrcaustics.` in the imports of a module, also of those inside its functions."""
-    names = []
-    for node in ast.walk(ast.parse((PACKAGE / module).read_text(encoding="utf-8"))):
+class Blocked:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in {blocked}:
+            raise ImportError(f"{{name}} is blocked")
+
+sys.meta_path.insert(0, Blocked())
+import kerrcaustics as kc
+
+for room in {rooms}:
+    package = importlib.import_module(f"kerrcaustics.{{room}}")
+    for module in pkgutil.walk_packages(getattr(package, "__path__", []), f"{{package.__name__}}."):
+        importlib.import_module(module.name)
+camera = kc.Camera(spin=0.9, radius=10)
+assert len(kc.caustics(camera, 2)) == 2
+assert kc.star_images(camera, (1.4, 2.9)).certified
+assert kc.magnification(camera, (1.4, 2.9), 0.01).certified
+assert len(kc.star_tracks(camera, 1.4, 1).tracks) > 0
+"""
+
+
+def imported(text: str, *, types: bool = True) -> set[str]:
+    """The modules of the package, or their parts, that a module imports, also inside its functions.
+
+    types: also those that only type checkers see.
+    """
+    names, tree = [], ast.parse(text)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING" and not types:
+            node.test, node.body = ast.Constant(value=False), []
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             names += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"line {node.lineno}: a relative import"
             names += [f"{node.module}.{alias.name}" for alias in node.names]
-    return {(name + ".").split(".")[1] for name in names if name.split(".")[0] == "kerrcaustics"}
+    return {name.removeprefix("kerrcaustics.") for name in names if name.startswith("kerrcaustics.")}
 
 
-def test_stages_import_earlier_stages_only():
-    later = {}
+def source(module: Path) -> str:
+    """The text of a module."""
+    return (PACKAGE / module).read_text(encoding="utf-8")
+
+
+def test_rooms_import_lower_floors_and_listed_rooms_only():
+    below, allowed = set(), {}
+    for rooms in FLOORS.values():
+        for room, beside in rooms.items():
+            assert set(beside.split()) <= set(rooms), room
+            allowed[room] = below | {room} | set(beside.split())
+        below = below | set(rooms)
+    refused = {}
     for module in MODULES:
-        stage = module.with_suffix("").parts[0]
-        if stage not in ENTRY_POINTS:
-            later[str(module)] = imported_stages(module) - set(STAGES[: STAGES.index(stage) + 1])
-    assert {module: stages for module, stages in later.items() if stages} == {}
+        room = module.with_suffix("").parts[0]
+        if room not in ENTRY_POINTS:
+            refused[str(module)] = {name.split(".")[0] for name in imported(source(module))} - allowed[room]
+    assert {module: rooms for module, rooms in refused.items() if rooms} == {}
+
+
+def test_no_module_imports_itself_by_way_of_others():
+    names = {".".join(path.with_suffix("").parts).removesuffix(".__init__"): path for path in MODULES}
+    uses = {}
+    for name, path in names.items():
+        uses[name] = {
+            part if part in names else part.rpartition(".")[0] for part in imported(source(path), types=False)
+        } & set(names)
+    waiting = set(names)
+    while free := {name for name in waiting if not uses[name] & waiting - {name}}:
+        waiting -= free
+    assert waiting == set()
 
 
 def loaded_by(code: str, packages: set[str]) -> list[str]:
@@ -109,3 +159,10 @@ def test_commands_that_trace_nothing_load_no_jax(command, tmp_path):
     arguments = [str(bad) if word == "bad.toml" else word for word in command.split()]
     run = f"sys.argv[1:] = {arguments!r}; runpy.run_module('kerrcaustics', run_name='__main__')"
     assert loaded_by(run, {"jax", "matplotlib", "scipy"}) == []
+
+
+def test_analyses_need_no_package_of_pictures_files_or_the_command_line():
+    rooms = [room for floor in ("base", "engine", "lensing") for room in FLOORS[floor] if room != "toml_files"]
+    code = LENSING.format(blocked=ABOVE, rooms=rooms)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr

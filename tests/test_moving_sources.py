@@ -17,7 +17,7 @@ from kerrcaustics.light_curves.image_curves import ImageCurves
 from kerrcaustics.light_curves.seen_images import seen_images
 from kerrcaustics.light_curves.source_light import source_light_curve
 from kerrcaustics.orbits.orbit import clock_rates, orbit_of
-from kerrcaustics.orbits.orbit_file import read_orbit
+from kerrcaustics.scene_files.orbit_file import read_orbit
 
 CAMERA = kc.Camera(spin=0.9, radius=50, inclination=1.0, velocity="fiducial")
 OBSERVER = kc.Observer(spin=0.9, inclination=1.0)

@@ -11,7 +11,7 @@ from command_line import run
 import kerrcaustics as kc
 from kerrcaustics import scripts
 from kerrcaustics.choices import if_radians
-from kerrcaustics.results.declared import Shown
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.scene_files import templates
 from kerrcaustics.toml_files import numbers_in
 

@@ -19,7 +19,7 @@ from kerrcaustics.curves.caustic import CausticSet
 VIEWER_FIRST = ("camera", "cameras", "images", "viewer")
 STUB = Path(kc.__file__).with_suffix(".pyi").read_text(encoding="utf-8")
 # Rooms above the map: of what they hold, line profiles and pictures alone are analyses.
-ABOVE = ("astronomy", "draw", "explorer", "results", "scene_files", "scenes", "sweeps")
+ABOVE = ("interop", "draw", "explorer", "results", "scene_files", "scenes", "sweeps")
 CELLS = parity.cells()
 REFUSALS = [cell for cell in CELLS if (entry := parity.refusal_of(cell)) and entry.argument]
 CLAIMING = ("caustics", "star_images", "image_counts", "count_map", "pair_events", "star_tracks", "circle_images")

@@ -7,8 +7,8 @@ import pytest
 
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import SKY
+from kerrcaustics.spacetime.circles import Circle
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle
-from kerrcaustics.tracks.level_curves.circle import Circle
 
 VIEWER = kc.Observer(spin=0.9, radius=50.0, inclination=1.2)
 # The axis of the coordinates, and the directions from which phi is counted: east of it, and at right angles.

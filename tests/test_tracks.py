@@ -10,9 +10,9 @@ from offenders import for_each
 
 import kerrcaustics as kc
 from kerrcaustics.images.sheets import sheets_of
+from kerrcaustics.level_curves.path_events import path_events
+from kerrcaustics.spacetime.circles import Circle
 from kerrcaustics.spacetime.sphere import polar_angle
-from kerrcaustics.tracks.level_curves.circle import Circle
-from kerrcaustics.tracks.level_curves.path_events import path_events
 
 # Name: spin, radius, inclination, velocity, highest index.
 CAMERAS = {

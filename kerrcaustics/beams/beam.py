@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.engine import Engine
-from kerrcaustics.results.declared import Shown, derived, quantity, result
+from kerrcaustics.results.declared import derived, quantity, result
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.spacetime.checks import numbers, quoted
 from kerrcaustics.spacetime.sphere import tangent_basis
 

@@ -15,7 +15,8 @@ from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.beams.kernels.trees import leaves, mapped
 from kerrcaustics.beams.path_beams import PathBeams, beams_along
 from kerrcaustics.beams.ray_state import Aim, Bundle, BundleState, Constants, Path
-from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
+from kerrcaustics.results.declared import quantity, result, usual_warnings
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera

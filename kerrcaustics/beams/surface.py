@@ -13,7 +13,7 @@ import numpy as np
 
 from kerrcaustics.beams.beam import Rays
 from kerrcaustics.beams.emitters import Emitter, Light, radial_momentum
-from kerrcaustics.results.declared import Shown
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.arrays import Reals
 from kerrcaustics.spacetime.checks import if_degrees, numbers, quoted, real_number

@@ -6,7 +6,8 @@ from typing import Any
 
 import cyclopts
 
-from kerrcaustics.cli.app import BadInput as BadInput, app, main as _run
+from kerrcaustics.cli.app import app, main as _run
+from kerrcaustics.cli.endings import BadInput as BadInput
 
 # The commands, and the modules that hold them.
 _MODULES = {

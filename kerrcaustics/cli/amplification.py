@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 from kerrcaustics.choices import WaveMethod
-from kerrcaustics.cli.app import BadInput, app, stop, with_examples
+from kerrcaustics.cli.app import app, with_examples
+from kerrcaustics.cli.endings import BadInput, stop
 from kerrcaustics.cli.options import COMMON, Angles, CameraOptions, CommonOptions, FileName, MaxIndex
 from kerrcaustics.cli.outputs import check_ending, check_table, write_figure, write_table
 from kerrcaustics.cli.tables import PlainTable

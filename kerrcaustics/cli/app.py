@@ -3,10 +3,11 @@
 import logging
 import os
 import sys
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any
 
 import cyclopts
 
+from kerrcaustics.cli.endings import BadInput, one_line, stop
 from kerrcaustics.cli.usage import usage_message
 
 _QUIET = cyclopts.Parameter(name=("--quiet", "-q"), negative=(), group="Global options", show_default=False)
@@ -31,10 +32,6 @@ app = cyclopts.App(
     suppress_keyboard_interrupt=False,
 )
 app.register_install_completion_command()
-
-
-class BadInput(ValueError):
-    """Invalid input of the user: exit status 2, one line."""
 
 
 def with_examples(*lines: str) -> dict[str, Any]:
@@ -82,17 +79,6 @@ def _run(
     if not command:
         from kerrcaustics.cli.first_page import first_page
 
-        first_page()
+        first_page(app, program_version())
         return
     app(command, exit_on_error=False, print_error=False)
-
-
-def one_line(text: str) -> str:
-    """The text without line breaks."""
-    return " ".join(text.split())
-
-
-def stop(status: int, line: str) -> NoReturn:
-    """End with one line on standard error."""
-    sys.stderr.write(f"kerrcaustics: {line}\n")
-    sys.exit(status)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 from kerrcaustics.choices import EngineName
-from kerrcaustics.cli.app import BadInput, app, stop, with_examples
+from kerrcaustics.cli.app import app, with_examples
+from kerrcaustics.cli.endings import BadInput, stop
 from kerrcaustics.cli.options import (
     COMMON,
     SKY_SOURCES,

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import cyclopts
 from rich.console import Console
 
-from kerrcaustics.cli.app import BadInput, app, stop, with_examples
+from kerrcaustics.cli.app import app, with_examples
+from kerrcaustics.cli.endings import BadInput, stop
 from kerrcaustics.cli.options import (
     COMMON,
     SKY_SOURCES,

@@ -9,7 +9,8 @@ import time
 import webbrowser
 from pathlib import Path
 
-from kerrcaustics.cli.app import BadInput, app, stop, with_examples
+from kerrcaustics.cli.app import app, with_examples
+from kerrcaustics.cli.endings import BadInput, stop
 from kerrcaustics.cli.options import COMMON, CommonOptions, FileName, Flag, Port
 from kerrcaustics.cli.outputs import check_page
 from kerrcaustics.cli.terminal import plain_errors, progress

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from kerrcaustics.choices import near
-from kerrcaustics.cli.app import BadInput, app, one_line, stop, with_examples
+from kerrcaustics.cli.app import app, with_examples
+from kerrcaustics.cli.endings import BadInput, one_line, stop
 from kerrcaustics.cli.options import COMMON, CommonOptions, FileName
 from kerrcaustics.cli.outputs import make_folder
 from kerrcaustics.cli.script_names import script_names

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kerrcaustics.choices import Quality, near
-from kerrcaustics.cli.app import BadInput, app, stop, with_examples
+from kerrcaustics.cli.app import app, with_examples
+from kerrcaustics.cli.endings import BadInput, stop
 from kerrcaustics.cli.options import COMMON, HERE, CommonOptions, FileName, Flag, WorkerOptions
 from kerrcaustics.cli.outputs import check_film
 from kerrcaustics.cli.script_names import script_names
@@ -168,7 +169,7 @@ def film_of_scene_file(path: Path, quality: Quality | None, resizing: SizeOption
     from kerrcaustics.films.scene_films import FilmedScene, scene_film
 
     with one_line_errors():
-        from kerrcaustics.scene_files.reading import read_scene
+        from kerrcaustics.sweeps.reading import read_scene
 
         scene = read_scene(path)
         if not isinstance(scene, FilmedScene):

@@ -1,9 +1,9 @@
 """The page that `kerrcaustics` alone prints: all commands, and three to try."""
 
+import cyclopts
 from rich.console import Console
 from rich.table import Table
 
-from kerrcaustics.cli.app import app, program_version
 from kerrcaustics.cli.terminal import console, say
 
 _TRY = {
@@ -13,10 +13,10 @@ _TRY = {
 }
 
 
-def first_page() -> None:
+def first_page(app: cyclopts.App, version: str) -> None:
     """Print all commands, and three to try."""
     out = console()
-    say(out, f"kerrcaustics {program_version()}. {app.help}")
+    say(out, f"kerrcaustics {version}. {app.help}")
     say(out, "\nTo begin:")
     _columns(out, {f"kerrcaustics {command}": what for command, what in _TRY.items()})
     say(out, "\nCommands, each with --help:")

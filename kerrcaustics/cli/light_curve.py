@@ -9,7 +9,8 @@ import numpy as np
 from rich.console import Console
 
 from kerrcaustics.choices import SpotMotion
-from kerrcaustics.cli.app import BadInput, app, stop, with_examples
+from kerrcaustics.cli.app import app, with_examples
+from kerrcaustics.cli.endings import BadInput, stop
 from kerrcaustics.cli.film import write_film
 from kerrcaustics.cli.options import (
     COMMON,
@@ -167,7 +168,7 @@ def _orbit(text: str) -> "float | Orbit":
     try:
         return float(text)
     except ValueError:
-        from kerrcaustics.orbits.orbit_file import read_orbit
+        from kerrcaustics.scene_files.orbit_file import read_orbit
     try:
         return read_orbit(text)
     except ValueError as error:

@@ -10,7 +10,7 @@ import cyclopts
 from rich.console import Console
 
 from kerrcaustics.choices import VelocityName, if_radians
-from kerrcaustics.cli.app import BadInput
+from kerrcaustics.cli.endings import BadInput
 from kerrcaustics.cli.outputs import check_outputs, write_json
 from kerrcaustics.cli.terminal import console, note, plain_errors, say
 

@@ -6,14 +6,14 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from kerrcaustics.cli.app import BadInput
+from kerrcaustics.cli.endings import BadInput
 from kerrcaustics.extras import missing
 from kerrcaustics.files import OTHER_FORMATS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from kerrcaustics.astronomy.row_tables import RowTable
+    from kerrcaustics.interop.row_tables import RowTable
 
 # Endings, and the word between them in messages.
 _FIGURE = (".png", ".pdf", ".svg"), ", "

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import cyclopts
 
 from kerrcaustics.choices import Quality
-from kerrcaustics.cli.app import BadInput, app, with_examples
+from kerrcaustics.cli.app import app, with_examples
+from kerrcaustics.cli.endings import BadInput
 from kerrcaustics.cli.options import COMMON, CommonOptions, FileName, Flag, WholeNumber
 from kerrcaustics.cli.outputs import check_picture
 from kerrcaustics.cli.sizes import AS_IT_IS, SizeOptions

@@ -18,7 +18,7 @@ def scale(*, mass: float, distance: float | None = None, common: CommonOptions =
     """
     common.check()
     with plain_errors():
-        from kerrcaustics.astronomy.physical_scale import PhysicalScale
+        from kerrcaustics.interop.physical_scale import PhysicalScale
 
         scale = PhysicalScale(mass, distance)
     names = ("seconds", "metres", "astronomical_units", *(() if distance is None else ("microarcseconds",)))

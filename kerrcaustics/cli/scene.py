@@ -1,7 +1,8 @@
 """The command `scene`."""
 
 from kerrcaustics.choices import near
-from kerrcaustics.cli.app import BadInput, app, with_examples
+from kerrcaustics.cli.app import app, with_examples
+from kerrcaustics.cli.endings import BadInput
 from kerrcaustics.cli.options import COMMON, CommonOptions
 from kerrcaustics.cli.terminal import say
 

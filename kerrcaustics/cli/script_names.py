@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from kerrcaustics.cli.app import BadInput
+from kerrcaustics.cli.endings import BadInput
 
 if TYPE_CHECKING:
     from kerrcaustics.scripts import ScriptFolder

@@ -6,7 +6,7 @@ from typing import Any
 
 import cyclopts
 
-from kerrcaustics.cli.app import BadInput
+from kerrcaustics.cli.endings import BadInput
 
 _LARGEST_SCALE = 16
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import cyclopts
 
-from kerrcaustics.cli.app import BadInput, app, stop, with_examples
+from kerrcaustics.cli.app import app, with_examples
+from kerrcaustics.cli.endings import BadInput, stop
 from kerrcaustics.cli.options import COMMON, HERE, CommonOptions, FileName, Flag, WorkerOptions
 from kerrcaustics.cli.outputs import check_store
 from kerrcaustics.cli.terminal import one_line_errors, plain_errors, progress, say

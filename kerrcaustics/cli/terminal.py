@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from kerrcaustics.cli.app import BadInput, one_line, stop
+from kerrcaustics.cli.endings import BadInput, one_line, stop
 from kerrcaustics.results.time_left import TimeLeft, clock_in_words
 
 if TYPE_CHECKING:

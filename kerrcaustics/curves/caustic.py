@@ -6,7 +6,8 @@ import numpy as np
 
 from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.lens_map.domains import domain_of
-from kerrcaustics.results.declared import Items, Shown, derived, quantity, result
+from kerrcaustics.results.declared import derived, quantity, result
+from kerrcaustics.results.shown import Items, Shown
 from kerrcaustics.spacetime.viewer import Viewer
 
 # Curves that one line names.

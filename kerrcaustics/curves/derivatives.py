@@ -23,7 +23,8 @@ from kerrcaustics.lens_map.circles_in_plane import Crossings
 from kerrcaustics.lens_map.domains import Domain, Ring, search_surface
 from kerrcaustics.lens_map.expansions import REFINED, expanded, inverse, with_errors
 from kerrcaustics.lens_map.lens_map import SearchMap
-from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
+from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.frame import sky_from_fido
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer

@@ -20,8 +20,9 @@ from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.lens_map import sky_lines
 from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.lens_map.search_sky import search_sky
-from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
+from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import numbers, quoted

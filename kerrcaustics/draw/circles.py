@@ -42,10 +42,10 @@ from kerrcaustics.draw.sky_axes import (
 from kerrcaustics.draw.titles import headline
 from kerrcaustics.shapes import Float, UInt8
 from kerrcaustics.spacetime.camera import Camera
+from kerrcaustics.spacetime.circles import Circle
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.spacetime.sphere import polar_angle
 from kerrcaustics.tracks.circles import CircleImages, circle_images
-from kerrcaustics.tracks.level_curves.circle import Circle
 from kerrcaustics.tracks.lines import LineCrossings, crossings_of_line, places_on_line
 
 Array = np.ndarray

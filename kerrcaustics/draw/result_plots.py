@@ -33,7 +33,7 @@ from kerrcaustics.draw.waves import amplification_curve, intensity
 from kerrcaustics.images.derivatives import ImageDerivatives
 from kerrcaustics.light_curves.source_light import SourceLightCurve
 from kerrcaustics.light_curves.spot_curve import LightCurve
-from kerrcaustics.results.declared import Items
+from kerrcaustics.results.shown import Items
 from kerrcaustics.scenes.disk.profile import LineProfile
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.render import Rendering, TracedView

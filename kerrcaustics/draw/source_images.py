@@ -18,9 +18,9 @@ from kerrcaustics.draw.sky_results import beside, critical_curves, labelled_once
 from kerrcaustics.extended_sources.magnification import LimbImage, Magnification
 from kerrcaustics.extended_sources.measured import sphere_scale
 from kerrcaustics.shapes import Bool, Float
+from kerrcaustics.spacetime.circles import Circle
 from kerrcaustics.spacetime.sphere import polar_angle
 from kerrcaustics.spacetime.viewer import Viewer
-from kerrcaustics.tracks.level_curves.circle import Circle
 
 Array = np.ndarray
 

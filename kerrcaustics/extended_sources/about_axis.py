@@ -20,8 +20,8 @@ from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.numerics.splines import Spline
 from kerrcaustics.shapes import Float
+from kerrcaustics.spacetime.circles import Circle
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle, polar_basis
-from kerrcaustics.tracks.level_curves.circle import Circle
 
 Array = np.ndarray
 

@@ -13,7 +13,7 @@ from kerrcaustics.extended_sources.known_curves import at_places, refined
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.shapes import Bool, Float, Int
-from kerrcaustics.tracks.level_curves.circle import Circle
+from kerrcaustics.spacetime.circles import Circle
 
 Array = np.ndarray
 

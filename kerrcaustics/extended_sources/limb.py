@@ -28,12 +28,12 @@ from kerrcaustics.extended_sources.arcs import (
 )
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.lens_map.sky_chart import chart_of
+from kerrcaustics.level_curves.links import Links
 from kerrcaustics.shapes import Bool, Float
+from kerrcaustics.spacetime.circles import Circle
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import flattened, lengths, tangent_basis, unit
 from kerrcaustics.spacetime.viewer import Viewer
-from kerrcaustics.tracks.level_curves.circle import Circle
-from kerrcaustics.tracks.level_curves.links import Links
 
 Array = np.ndarray
 # Places of arcs, a row for each arc.

@@ -14,10 +14,11 @@ from kerrcaustics.extended_sources.measured_disc import MeasuredDisc, outline_of
 from kerrcaustics.extended_sources.nested_discs import RoundSource, integrated
 from kerrcaustics.extended_sources.patches import Disc
 from kerrcaustics.extended_sources.profiles import Brightness, Profile, checked_profile
-from kerrcaustics.images.images import checked_index, checked_place, direct_remarks
+from kerrcaustics.lens_map.arguments import checked_index, checked_place, direct_remarks
 from kerrcaustics.lens_map.domains import search_surface
-from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
+from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import argument_named, quoted, real_number
 from kerrcaustics.spacetime.frame import redshift

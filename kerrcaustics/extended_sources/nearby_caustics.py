@@ -9,8 +9,8 @@ from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.numerics.parts import inner_parts
 from kerrcaustics.shapes import Float, Int
+from kerrcaustics.spacetime.circles import Circle
 from kerrcaustics.spacetime.sphere import angle_between, lengths
-from kerrcaustics.tracks.level_curves.circle import Circle
 
 Array = np.ndarray
 

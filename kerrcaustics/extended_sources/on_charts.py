@@ -30,10 +30,10 @@ from kerrcaustics.lens_map.domains import Ring, TwoLeaves, domain_of
 from kerrcaustics.lens_map.search_sky import search_camera, search_sky
 from kerrcaustics.results.progress import in_steps
 from kerrcaustics.shapes import Bool, Float
+from kerrcaustics.spacetime.circles import Circle
 from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.viewer import Viewer
-from kerrcaustics.tracks.level_curves.circle import Circle
 
 Array = np.ndarray
 

@@ -25,11 +25,11 @@ from kerrcaustics.extended_sources.skeleton import of_branches, of_small_images
 from kerrcaustics.images.search import ImageSearch, search
 from kerrcaustics.images.sheets import Sheets, sheets_of
 from kerrcaustics.lens_map.search_sky import SearchSky, search_sky
+from kerrcaustics.level_curves.branches import Branches
 from kerrcaustics.shapes import Float, Int
+from kerrcaustics.spacetime.circles import Circle
 from kerrcaustics.spacetime.sphere import moved
 from kerrcaustics.spacetime.viewer import Viewer
-from kerrcaustics.tracks.level_curves.branches import Branches
-from kerrcaustics.tracks.level_curves.circle import Circle
 
 Array = np.ndarray
 

@@ -1,7 +1,7 @@
 """The limb of a disc on the camera sky, in a few points, with all images of each: guesses of its arcs.
 
 Where no caustic reaches the disc, an image of it is a small closed curve, and a few points of the limb, whose images
-are certified, show it. Else the limb is followed as the tracks of stars are (tracks/level_curves/).
+are certified, show it. Else the limb is followed as the tracks of stars are (level_curves/).
 """
 
 import math
@@ -16,12 +16,13 @@ from kerrcaustics.images.search import ImageSearch, search
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.lens_map.sky_chart import Chart, apart, chart_of
+from kerrcaustics.level_curves.branches import Branches
+from kerrcaustics.level_curves.links import Links, plain_cost
 from kerrcaustics.numerics.matching import best_matches
 from kerrcaustics.shapes import Float, Int
+from kerrcaustics.spacetime.circles import Circle
+from kerrcaustics.spacetime.cubic_curves import Cubics
 from kerrcaustics.spacetime.sphere import flattened
-from kerrcaustics.tracks.level_curves.branches import Branches, Cubics
-from kerrcaustics.tracks.level_curves.circle import Circle
-from kerrcaustics.tracks.level_curves.links import Links, plain_cost
 
 Array = np.ndarray
 

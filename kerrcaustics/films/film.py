@@ -16,8 +16,9 @@ from kerrcaustics.files import remove_abandoned
 from kerrcaustics.films import frame_store
 from kerrcaustics.films.frame_store import Draw, FrameStore
 from kerrcaustics.films.video import check_film_path, write_pictures
-from kerrcaustics.results.declared import Shown, derived, quantity, result
+from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.results.progress import Progress, listening, report, with_progress
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.results.stages import stage, with_stages
 from kerrcaustics.results.time_left import in_round_words
 from kerrcaustics.workers.places import Run, check_answer, check_place, place

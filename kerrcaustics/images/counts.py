@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.astronomy import healpix, plate_carree
 from kerrcaustics.beams.ends import End, Wherever
 from kerrcaustics.images.certificates import certificate_of
-from kerrcaustics.images.images import checked_index, direct_remarks
+from kerrcaustics.interop import healpix, plate_carree
+from kerrcaustics.lens_map.arguments import checked_index, direct_remarks
 from kerrcaustics.lens_map.domains import search_surface
-from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
+from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.results.storage import as_json, from_json
 from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime import kerr

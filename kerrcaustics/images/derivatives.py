@@ -11,7 +11,8 @@ import numpy as np
 from kerrcaustics.beams.ends import End
 from kerrcaustics.images.images import StarImages
 from kerrcaustics.lens_map.expansions import expanded, inverse, source_parameters, with_errors
-from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
+from kerrcaustics.results.declared import quantity, result, usual_warnings
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 

@@ -5,24 +5,23 @@ from dataclasses import replace
 
 import numpy as np
 
-from kerrcaustics.beams.ends import SKY, End, Spherical, Wherever
+from kerrcaustics.beams.ends import End, Spherical, Wherever
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.deep_images import deepened, is_deep
 from kerrcaustics.images.search import ImageSearch, on_rings, ring_remark
-from kerrcaustics.images.sheets import HIGHEST_INDEX, Sheets, sheets_of
-from kerrcaustics.lens_map.domains import Ring, domain_of, search_surface
+from kerrcaustics.images.sheets import sheets_of
+from kerrcaustics.lens_map.arguments import checked_index, direct_remarks
+from kerrcaustics.lens_map.domains import Ring, search_surface
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap
 from kerrcaustics.lens_map.measured_light import measured_light
 from kerrcaustics.lens_map.search_sky import search_camera, search_sky
-from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
+from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.shapes import Bool
-from kerrcaustics.spacetime.checks import whole_number
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
-
-_DIRECT = "stars are seen directly, by images of index 0, at infinite (alpha, beta): these are not among the images"
 
 
 @result(
@@ -262,28 +261,6 @@ def _deepened(images: StarImages, searched: ImageSearch, camera: Viewer, end: Sp
     # N gives the time less accurately than the distance from the shadow edge does.
     time, late = search_sky(camera).viewer_time(deep.time, deep.time_error)
     return replace(refined, time=with_deep(refined.time, time), time_error=with_deep(refined.time_error, late))
-
-
-def checked_sheets(camera: Viewer, max_index: int, surface: End = SKY) -> Sheets:
-    """The sheets of a camera; ValueError unless the arguments are valid."""
-    check_viewer(camera)
-    return sheets_of(camera, checked_index(max_index), surface)
-
-
-def checked_index(max_index: int) -> int:
-    """The argument `max_index`; ValueError unless it is valid."""
-    return whole_number("max_index", max_index, 0, HIGHEST_INDEX)
-
-
-def checked_place(name: str, place: object, viewer: Viewer, surface: End = SKY) -> tuple[float, float]:
-    """A place on a surface that the user gave as the argument `name`."""
-    first, second = surface.checked(name, place, viewer, one=True).tolist()
-    return first, second
-
-
-def direct_remarks(surface: End, camera: Viewer) -> tuple[str, ...]:
-    """The remark that images of index 0 lie at infinite (alpha, beta), if they do."""
-    return (_DIRECT,) if domain_of(surface, camera).unbounded else ()
 
 
 def _ring_remarks(camera: Viewer, surface: End, ring: Bool[Array, " orders"]) -> tuple[str, ...]:

@@ -20,6 +20,7 @@ from kerrcaustics.curves.winding import CausticPolygon, Winding, degrees
 from kerrcaustics.images.fold import fold_derivatives, fold_guesses
 from kerrcaustics.images.sheet_cells import Cells, bilinear_root, cells_of
 from kerrcaustics.images.sheet_grids import Sheet, traced_sheet
+from kerrcaustics.lens_map.arguments import checked_index
 from kerrcaustics.lens_map.domains import domain_of
 from kerrcaustics.lens_map.search_sky import search_camera
 from kerrcaustics.lens_map.sky_lines import periodic
@@ -29,11 +30,10 @@ from kerrcaustics.shapes import Bool, Float, Int, Num
 from kerrcaustics.spacetime.arrays import HostParts, HostVectors
 from kerrcaustics.spacetime.frame import Frame, sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import from_angles
-from kerrcaustics.spacetime.viewer import Viewer
+from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
 
-HIGHEST_INDEX = 6
 # Most places at which the images of one star are searched for.
 _MOST_STARTS = 1000
 # How far outside a cell, in parts of it, the bilinear model of the map may put the star: at first, and when searching
@@ -247,3 +247,9 @@ def _counts_at_pole(sheets: Sequence[Sheet], polygons: Sequence[CausticPolygon])
 def _among_first(which: Int[Array, " pairs"], most: int) -> Bool[Array, " pairs"]:
     """True for at most so many pairs of each star; which: the star of each, in order."""
     return np.arange(len(which)) - np.searchsorted(which, which) < most
+
+
+def checked_sheets(camera: Viewer, max_index: int, surface: End = SKY) -> Sheets:
+    """The sheets of a camera; ValueError unless the arguments are valid."""
+    check_viewer(camera)
+    return sheets_of(camera, checked_index(max_index), surface)

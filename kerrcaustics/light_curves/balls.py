@@ -23,10 +23,10 @@ from kerrcaustics.light_curves.ball_distance import separation
 from kerrcaustics.light_curves.seen_images import size_and_ratio
 from kerrcaustics.light_curves.walks import replaced
 from kerrcaustics.shapes import Bool, Float
+from kerrcaustics.spacetime.cubic_curves import Cubics
 from kerrcaustics.spacetime.kerr import horizon_product
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import lengths, tangent_basis
-from kerrcaustics.tracks.level_curves.branches import Cubics
 
 Array = np.ndarray
 

@@ -7,8 +7,8 @@ import numpy as np
 
 from kerrcaustics.lens_map.sky_chart import Chart
 from kerrcaustics.shapes import Bool, Float
+from kerrcaustics.spacetime.cubic_curves import Cubics
 from kerrcaustics.spacetime.sphere import lengths
-from kerrcaustics.tracks.level_curves.branches import Cubics
 
 Array = np.ndarray
 

@@ -7,7 +7,7 @@ from typing import Any, Literal, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.images.images import checked_index
+from kerrcaustics.lens_map.arguments import checked_index
 from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.light_curves.arrivals import Source
 from kerrcaustics.light_curves.ball_light import ball_shares

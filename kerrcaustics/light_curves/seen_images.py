@@ -19,9 +19,9 @@ from kerrcaustics.light_curves.image_curves import Branch
 from kerrcaustics.light_curves.walks import CurvePoints
 from kerrcaustics.orbits.orbit import clock_rates
 from kerrcaustics.shapes import Bool, Float
+from kerrcaustics.spacetime.cubic_curves import Cubics
 from kerrcaustics.spacetime.frame import redshift
 from kerrcaustics.spacetime.sphere import lengths
-from kerrcaustics.tracks.level_curves.branches import Cubics
 
 Array = np.ndarray
 

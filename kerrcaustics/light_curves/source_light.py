@@ -5,14 +5,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kerrcaustics.astronomy.row_tables import TimeTable
 from kerrcaustics.choices import event_kind
+from kerrcaustics.interop.row_tables import TimeTable
 from kerrcaustics.light_curves.arrivals import Source
 from kerrcaustics.light_curves.ball_light import BallShares
 from kerrcaustics.light_curves.image_curves import ImageCurves, Turn
 from kerrcaustics.light_curves.seen_images import SeenImages
 from kerrcaustics.orbits.orbit import UNSTABLE, Orbit
-from kerrcaustics.results.declared import Shown, derived, quantity, result
+from kerrcaustics.results.declared import derived, quantity, result
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.spacetime.viewer import Viewer

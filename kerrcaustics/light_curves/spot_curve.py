@@ -16,17 +16,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.astronomy.row_tables import TimeTable
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.choices import event_kind
 from kerrcaustics.images.circle_arcs import Arcs
+from kerrcaustics.interop.row_tables import TimeTable
 from kerrcaustics.lens_map.domains import Ring
 from kerrcaustics.lens_map.lens_map import LensMap
 from kerrcaustics.light_curves.sources import Spot
 from kerrcaustics.light_curves.spot_light import CirclingSpot, orbit_image, received, splined
-from kerrcaustics.results.declared import Shown, quantity, result
+from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.results.progress import in_steps
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import numbers, quoted, whole_number
 from kerrcaustics.spacetime.viewer import Viewer, finite_number

@@ -11,18 +11,11 @@ import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import cache
-from importlib import import_module
-from typing import TYPE_CHECKING, Any, TypeVar, dataclass_transform, get_args, get_type_hints, overload
+from typing import Any, TypeVar, dataclass_transform, get_args, get_type_hints
 
 import numpy as np
 
-from kerrcaustics.lazy_names import unknown_attribute
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-T = TypeVar("T")
-Kind = TypeVar("Kind", bound="Shown")
+Kind = TypeVar("Kind")
 Get = TypeVar("Get", bound=Callable[..., Any])
 
 usual_warnings = np.errstate(all="warn", under="ignore")
@@ -108,60 +101,6 @@ def derived(dims: str, unit: str, *, json: str | None = None, column: str | None
     return declare
 
 
-class Shown:
-    """The display of results; the modules that it needs are loaded at the first use."""
-
-    def __repr__(self) -> str:
-        """Numbers, and sizes of arrays, in one line."""
-        from kerrcaustics.results.shown import one_line
-
-        return one_line(self)
-
-    def _repr_html_(self) -> str:
-        """HTML for notebooks: the numbers with their errors, and a small picture."""
-        from kerrcaustics.results.shown import page
-
-        return page(self)
-
-    def plot(self, ax: "Axes | None" = None, **settings: Any) -> "Axes":
-        """Draw it on axes, new ones where none are given, and return them.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes, optional
-        settings
-            Settings of the plot of this class, listed in [Plots](plots.md).
-        """
-        return import_module("kerrcaustics.draw.result_plots").plot(self, ax, **settings)
-
-    # To type checkers a name that is not there stays an error.
-    if not TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> Any:
-            """Raise the error about an attribute that is not there."""
-            if hasattr(type(self), name):
-                # A property of that name failed: its own error says how.
-                return object.__getattribute__(self, name)
-            names = [] if name.startswith("_") else [known for known in dir(self) if not known.startswith("_")]
-            raise unknown_attribute(type(self).__name__, name, names)
-
-
-class Items(Shown, Sequence[T]):
-    """A result that is also the sequence in its first field."""
-
-    @overload
-    def __getitem__(self, place: int) -> T: ...
-    @overload
-    def __getitem__(self, place: slice) -> tuple[T, ...]: ...
-    def __getitem__(self, place: int | slice) -> T | tuple[T, ...]:
-        """An item, or a tuple of items for a slice."""
-        return next(iter(vars(self).values()))[place]
-
-    def __len__(self) -> int:
-        """Number of items."""
-        return len(next(iter(vars(self).values())))
-
-
 @dataclass_transform(eq_default=False, frozen_default=True, field_specifiers=(quantity,))
 def result(
     schema: str, *, record: str = "", points: str = "", rows: str = "", eq: bool = False, kw_only: bool = False
@@ -216,7 +155,7 @@ def quantities(kind: type) -> dict[str, Quantity]:
 def element(kind: type, name: str) -> tuple[Any, bool]:
     """The result, or the base class of results, that a field holds, and whether it may hold several; else None."""
     hint = get_type_hints(kind).get(name)
-    if hint in LAYOUTS and issubclass(hint, Items):
+    if hint in LAYOUTS and issubclass(hint, Sequence):
         return element(hint, next(iter(stored(hint))))
     inner = next((part for part in (hint, *get_args(hint)) if _is_result(part)), None)
     return inner, inner is not None and inner is not hint

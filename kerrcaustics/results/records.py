@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from kerrcaustics.results.declared import LAYOUTS, Items, Quantity, quantities
+from kerrcaustics.results.declared import LAYOUTS, Quantity, quantities
+from kerrcaustics.results.shown import Items
 from kerrcaustics.results.units import as_in
 
 

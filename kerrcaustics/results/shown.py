@@ -6,12 +6,18 @@ from collections.abc import Iterator, Sequence
 from dataclasses import fields
 from html import escape
 from importlib import import_module
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, overload
 
 import numpy as np
 
+from kerrcaustics.lazy_names import unknown_attribute
 from kerrcaustics.results.declared import LAYOUTS, quantities
 from kerrcaustics.results.units import as_in
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+T = TypeVar("T")
 
 # Arrays of no more numbers, and words no longer, are shown in full; tables have no more rows.
 _FEW, _LONGEST_WORD, _MOST_ROWS = 4, 60, 12
@@ -27,6 +33,61 @@ class Entry(NamedTuple):
     dims: tuple[str, ...]
     unit: str
     text: str
+
+
+class Shown:
+    """The display of results."""
+
+    def __repr__(self) -> str:
+        """Numbers, and sizes of arrays, in one line."""
+        return one_line(self)
+
+    def _repr_html_(self) -> str:
+        """HTML for notebooks: the numbers with their errors, and a small picture."""
+        return page(self)
+
+    def plot(self, ax: "Axes | None" = None, **settings: Any) -> "Axes":
+        """Draw it on axes, new ones where none are given, and return them.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+        settings
+            Settings of the plot of this class, listed in [Plots](plots.md).
+        """
+        return plots().plot(self, ax, **settings)
+
+    # To type checkers a name that is not there stays an error.
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Raise the error about an attribute that is not there."""
+            if hasattr(type(self), name):
+                # A property of that name failed: its own error says how.
+                return object.__getattribute__(self, name)
+            names = [] if name.startswith("_") else [known for known in dir(self) if not known.startswith("_")]
+            raise unknown_attribute(type(self).__name__, name, names)
+
+
+class Items(Shown, Sequence[T]):
+    """A result that is also the sequence in its first field."""
+
+    @overload
+    def __getitem__(self, place: int) -> T: ...
+    @overload
+    def __getitem__(self, place: slice) -> tuple[T, ...]: ...
+    def __getitem__(self, place: int | slice) -> T | tuple[T, ...]:
+        """An item, or a tuple of items for a slice."""
+        return next(iter(vars(self).values()))[place]
+
+    def __len__(self) -> int:
+        """Number of items."""
+        return len(next(iter(vars(self).values())))
+
+
+def plots() -> Any:
+    """The module with the plots of results, which is loaded at the first use."""
+    return import_module("kerrcaustics.draw.result_plots")
 
 
 def one_line(result: Any) -> str:
@@ -185,7 +246,7 @@ def _line(cells: list[str], kind: str, text: str = "") -> str:
 
 def _picture(result: Any) -> str:
     """The plot of a result as a PNG within the page; empty if it has none."""
-    figure = import_module("kerrcaustics.draw.result_plots").small_picture(result)
+    figure = plots().small_picture(result)
     if figure is None:
         return ""
     file = io.BytesIO()

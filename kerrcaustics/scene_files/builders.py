@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from msgspec.structs import asdict, replace as with_entries
 
-from kerrcaustics.astronomy.plate_carree import is_fits
+from kerrcaustics.interop.plate_carree import is_fits
 from kerrcaustics.scene_files import contents as tables
 from kerrcaustics.scene_files.validation import about, reject
 from kerrcaustics.scenes.catalogue import hipparcos, merged_catalogues, tilted_galaxy, tycho2

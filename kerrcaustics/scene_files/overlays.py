@@ -20,7 +20,7 @@ from kerrcaustics.draw.projection import whole_line
 from kerrcaustics.draw.scenes import show_critical_curves, show_line
 from kerrcaustics.draw.tracks import draw_motion, moving_lines
 from kerrcaustics.images.images import star_images
-from kerrcaustics.images.sheets import HIGHEST_INDEX
+from kerrcaustics.lens_map.arguments import HIGHEST_INDEX
 from kerrcaustics.scene_files.camera_motion import PLACE_NAMES
 from kerrcaustics.scene_files.cameras import CameraPath
 from kerrcaustics.scene_files.contents import OverlaysTable

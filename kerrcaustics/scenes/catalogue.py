@@ -12,7 +12,7 @@ import numpy as np
 from kerrcaustics.beams.directions import normalised
 from kerrcaustics.extras import needed
 from kerrcaustics.files import reading
-from kerrcaustics.results.declared import Shown
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.scenes.scene_checks import check_number
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import instance_of, quoted, real_array

@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.kernels.library import kernel
-from kerrcaustics.results.declared import Shown, quantity, result
+from kerrcaustics.results.declared import quantity, result
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
 

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.astronomy import healpix, plate_carree
 from kerrcaustics.files import check_path
+from kerrcaustics.interop import healpix, plate_carree
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.colour import shift_of

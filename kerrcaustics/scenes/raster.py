@@ -5,9 +5,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.results.declared import Shown
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import numbers, quoted, whole_number
+from kerrcaustics.spacetime.observer import Observer
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
@@ -98,11 +99,7 @@ def check_picture(camera: object, view: object) -> None:
     if not isinstance(view, Raster):
         raise ValueError(f"Argument `view` must be a View or a Screen, but is {name}.")
     if not isinstance(camera, view.viewer):
-        # They are subclasses of the class above.
-        from kerrcaustics.scenes.screen import Screen
-        from kerrcaustics.scenes.view import View
-
-        right = next(kind.__name__ for kind in (View, Screen) if isinstance(camera, kind.viewer))
+        right = "Screen" if isinstance(camera, Observer) else "View"
         raise ValueError(f"Argument `view` must be a {right} for {_article(camera)}, but is a {name}.")
 
 

@@ -10,8 +10,9 @@ import numpy as np
 
 from kerrcaustics.beams.ends import Spherical
 from kerrcaustics.choices import ShutterShape
-from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
+from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.results.stages import stage, with_stages
 from kerrcaustics.scenes.disk.crossings import DiskCells, DiskCrossings, Lattice, covered, crossings
 from kerrcaustics.scenes.disk.disk import Disk, disk_about

@@ -4,8 +4,9 @@ from time import perf_counter as clock
 
 import numpy as np
 
-from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
+from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.scenes.disk.march import Marching
 from kerrcaustics.scenes.disk.veil import step_error, veil_of
 from kerrcaustics.scenes.disk.volume import Volume

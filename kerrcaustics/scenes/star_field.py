@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kerrcaustics.results.declared import Shown
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.scenes.catalogue import StarCatalogue, galactic_axes, hipparcos, tilted_galaxy
 from kerrcaustics.scenes.colour import DAYLIGHT, ResponseLike, black_body, luminance, star_temperature
 from kerrcaustics.scenes.footprint import Footprint

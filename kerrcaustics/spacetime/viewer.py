@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from kerrcaustics.results.declared import Shown
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import apart, if_degrees, quoted, real_number
 from kerrcaustics.spacetime.frame import Frame

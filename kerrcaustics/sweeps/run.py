@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from kerrcaustics.beams.trace import cores
-from kerrcaustics.results.declared import Shown, quantity, result
+from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.results.progress import Progress, report, with_progress
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.spacetime.checks import flags, instance_of
 from kerrcaustics.sweeps.quantities import computed
 from kerrcaustics.sweeps.scene import AXES, Scene, checked

@@ -13,17 +13,19 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.ends import End, Wherever
 from kerrcaustics.choices import near
 from kerrcaustics.images.certificates import certificate_of
-from kerrcaustics.images.images import checked_place, checked_sheets
+from kerrcaustics.images.sheets import checked_sheets
+from kerrcaustics.lens_map.arguments import checked_place
 from kerrcaustics.lens_map.domains import search_surface
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap, SeenLight
-from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
+from kerrcaustics.level_curves.branches import Branches
+from kerrcaustics.level_curves.chains import Chain, chains, errors_on_sky
+from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.spacetime.checks import quoted
+from kerrcaustics.spacetime.circles import Circle
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.tracks.events import PairEvents, in_time, pair_events_of
-from kerrcaustics.tracks.level_curves.branches import Branches
-from kerrcaustics.tracks.level_curves.chains import Chain, chains, errors_on_sky
-from kerrcaustics.tracks.level_curves.circle import Circle
 
 Array = np.ndarray
 

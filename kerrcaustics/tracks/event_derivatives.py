@@ -13,7 +13,8 @@ import numpy as np
 from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.lens_map.expansions import REFINED, expanded, inverse, source_parameters, with_errors
 from kerrcaustics.lens_map.search_sky import search_sky
-from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
+from kerrcaustics.results.declared import quantity, result, usual_warnings
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.tracks.events import PairEvent, PairEvents

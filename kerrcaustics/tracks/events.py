@@ -9,16 +9,18 @@ import numpy as np
 from kerrcaustics.beams.ends import End, Wherever
 from kerrcaustics.choices import event_kind
 from kerrcaustics.images.circle_arcs import Arcs, arcs_of
-from kerrcaustics.images.images import checked_index, checked_sheets
+from kerrcaustics.images.sheets import checked_sheets
+from kerrcaustics.lens_map.arguments import checked_index
 from kerrcaustics.lens_map.domains import Domain, Ring, domain_of, search_surface
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap, SeenLight
-from kerrcaustics.results.declared import Items, Shown, quantity, result, usual_warnings
+from kerrcaustics.level_curves.path_events import PathEvents, path_events
+from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
+from kerrcaustics.results.shown import Items, Shown
 from kerrcaustics.shapes import Float
+from kerrcaustics.spacetime.circles import Circle
 from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
-from kerrcaustics.tracks.level_curves.circle import Circle
-from kerrcaustics.tracks.level_curves.path_events import PathEvents, path_events
 
 Array = np.ndarray
 
@@ -144,7 +146,7 @@ def pair_events(
 def _events_on(domain: Domain, camera: Viewer, surface: End, level: float, max_index: int) -> PairEvents:
     """Events of a source that circles on a sphere."""
     angular_velocity = camera.orbital_velocity()
-    on_path = path_events(checked_sheets(camera, max_index, surface), Circle.on(surface, level))
+    on_path = path_events(checked_sheets(camera, max_index, surface), Circle(level, surface.axes))
     events = pair_events_of(camera, surface, on_path, level, angular_velocity)
     chosen = [(event, known) for event, known in zip(events, on_path.known, strict=True) if event.order <= max_index]
     sure = not on_path.remarks and all(known for _, known in chosen)

@@ -9,14 +9,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.ends import End, Wherever
-from kerrcaustics.images.images import StarImages, checked_index, star_images
+from kerrcaustics.images.images import StarImages, star_images
+from kerrcaustics.lens_map.arguments import checked_index
 from kerrcaustics.lens_map.domains import Domain, Ring, domain_of, search_surface
 from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.lens_map.sky_chart import Chart, apart, chart_of
 from kerrcaustics.numerics.matching import best_matches
-from kerrcaustics.results.declared import Shown, derived, quantity, result, usual_warnings
+from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.checks import numbers, quoted
 from kerrcaustics.spacetime.sphere import angle_between

@@ -18,8 +18,9 @@ from kerrcaustics.lens_map.lens_map import LensMap
 from kerrcaustics.lens_map.measured_light import measured_light
 from kerrcaustics.lens_map.plane_map import Crossings, PlaneMap
 from kerrcaustics.lens_map.search_sky import TOLERANCE, search_camera
-from kerrcaustics.results.declared import Items, Shown, quantity, result, usual_warnings
+from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
+from kerrcaustics.results.shown import Items, Shown
 from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import flags, numbers, one_of, quoted, whole_number

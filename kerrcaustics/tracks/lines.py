@@ -8,19 +8,19 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import beams_of_directions
-from kerrcaustics.images.images import checked_sheets
-from kerrcaustics.images.sheets import Sheets
+from kerrcaustics.images.sheets import Sheets, checked_sheets
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap
 from kerrcaustics.lens_map.search_sky import TOLERANCE, search_sky
 from kerrcaustics.numerics.roots import bracketed_roots
-from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
+from kerrcaustics.results.declared import quantity, result, usual_warnings
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.checks import instance_of, numbers, quoted
+from kerrcaustics.spacetime.circles import Circle
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import flattened, tangent_basis
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.circles import CircleImages
-from kerrcaustics.tracks.level_curves.circle import Circle
 
 Array = np.ndarray
 

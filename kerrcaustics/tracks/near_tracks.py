@@ -18,14 +18,14 @@ from kerrcaustics.lens_map.lens_map import LensMap, on_leaves
 from kerrcaustics.lens_map.measured_light import MeasuredLight, measured_light
 from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.lens_map.search_sky import TOLERANCE, search_camera
+from kerrcaustics.level_curves.branches import Branches
+from kerrcaustics.level_curves.path_events import PathEvents
 from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.checks import quoted
+from kerrcaustics.spacetime.circles import Circle
 from kerrcaustics.spacetime.frame import line_of_sight_from_sky, photon_of, sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.spacetime.viewer import Viewer
-from kerrcaustics.tracks.level_curves.branches import Branches
-from kerrcaustics.tracks.level_curves.circle import Circle
-from kerrcaustics.tracks.level_curves.path_events import PathEvents
 
 Array = np.ndarray
 

@@ -4,7 +4,8 @@ import numpy as np
 
 from kerrcaustics.beams.ends import End
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME
-from kerrcaustics.results.declared import Shown, quantity, result
+from kerrcaustics.results.declared import quantity, result
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.events import PairEvent
 

@@ -9,25 +9,28 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.ends import End, Wherever
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.circle_arcs import arcs_of
-from kerrcaustics.images.images import StarImages, checked_index, checked_sheets, images_of
+from kerrcaustics.images.images import StarImages, images_of
 from kerrcaustics.images.search import search
+from kerrcaustics.images.sheets import checked_sheets
+from kerrcaustics.lens_map.arguments import checked_index
 from kerrcaustics.lens_map.domains import Domain, Ring, TwoLeaves, domain_of, search_surface
 from kerrcaustics.lens_map.lens_map import LensMap
 from kerrcaustics.lens_map.measured_light import measured_light
-from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
+from kerrcaustics.level_curves.between_nodes import images_on
+from kerrcaustics.level_curves.branches import Branches
+from kerrcaustics.level_curves.chains import Chain, chains, errors_on_sky
+from kerrcaustics.level_curves.path_events import PathEvents, path_events
+from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.arrays import HostReals
 from kerrcaustics.spacetime.checks import numbers, quoted
+from kerrcaustics.spacetime.circles import Circle
 from kerrcaustics.spacetime.frame import line_of_sight_from_sky
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 from kerrcaustics.tracks.arc_tracks import arc_tracks
 from kerrcaustics.tracks.events import PairEvent, PairEvents, arc_events, in_time, pair_events_of
-from kerrcaustics.tracks.level_curves.between_nodes import images_on
-from kerrcaustics.tracks.level_curves.branches import Branches
-from kerrcaustics.tracks.level_curves.chains import Chain, chains, errors_on_sky
-from kerrcaustics.tracks.level_curves.circle import Circle
-from kerrcaustics.tracks.level_curves.path_events import PathEvents, path_events
 from kerrcaustics.tracks.near_tracks import SeenNodes, branches_from, seen_from
 from kerrcaustics.tracks.track import Track
 
@@ -238,7 +241,7 @@ def _tracks_in_ring(domain: Ring, camera: Viewer, surface: End, level: float, ma
 def level_curve(camera: Viewer, surface: End, level: float, max_index: int) -> Branches:
     """The level curve of a star on the viewer's own sheets, kept for images between its nodes."""
     sheets = checked_sheets(camera, max_index, surface)
-    return Branches(sheets, camera, Circle.on(surface, level))
+    return Branches(sheets, camera, Circle(level, surface.axes))
 
 
 @singledispatch
@@ -260,7 +263,7 @@ def _followed_from_star(
     domain: TwoLeaves, camera: Viewer, surface: End, level: float, max_index: int
 ) -> tuple[PathEvents, Branches, SeenNodes | None]:
     branches = branches_from(camera, level, max_index, domain.surface)
-    own = path_events(checked_sheets(camera, max_index, surface), Circle.on(surface, level))
+    own = path_events(checked_sheets(camera, max_index, surface), Circle(level, surface.axes))
     return own, branches, seen_from(camera, level, branches, own, domain.surface)
 
 

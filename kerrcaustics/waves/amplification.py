@@ -6,11 +6,12 @@ from typing import get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.astronomy.row_tables import FrequencyTable
 from kerrcaustics.beams.ends import CelestialSphere, End, Sphere, Wherever
 from kerrcaustics.choices import WaveMethod
-from kerrcaustics.images.images import StarImages, checked_place, star_images
-from kerrcaustics.images.sheets import HIGHEST_INDEX, Sheets
+from kerrcaustics.images.images import StarImages, star_images
+from kerrcaustics.images.sheets import Sheets
+from kerrcaustics.interop.row_tables import FrequencyTable
+from kerrcaustics.lens_map.arguments import HIGHEST_INDEX, checked_place
 from kerrcaustics.lens_map.domains import search_surface
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME
 from kerrcaustics.results.declared import quantity, result, usual_warnings

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kerrcaustics.images.sheets import HIGHEST_INDEX, Sheets
+from kerrcaustics.images.sheets import Sheets
+from kerrcaustics.lens_map.arguments import HIGHEST_INDEX
 from kerrcaustics.shapes import Complex, Float
 from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.waves.continuation import (

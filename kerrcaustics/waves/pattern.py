@@ -16,9 +16,11 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.extended_sources.arcs import values_at
 from kerrcaustics.images.images import star_images
-from kerrcaustics.images.sheets import HIGHEST_INDEX, Sheets
-from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
+from kerrcaustics.images.sheets import Sheets
+from kerrcaustics.lens_map.arguments import HIGHEST_INDEX
+from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.shapes import Complex, Float
 from kerrcaustics.spacetime.checks import argument_named, numbers, quoted, real_number, whole_number
 from kerrcaustics.spacetime.sphere import lengths

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from kerrcaustics.images.sheets import HIGHEST_INDEX
+from kerrcaustics.lens_map.arguments import HIGHEST_INDEX
 from kerrcaustics.shapes import Bool, Complex, Float
 from kerrcaustics.waves.uniform import fold_field, fold_parameters
 from kerrcaustics.waves.wave_images import WaveImages

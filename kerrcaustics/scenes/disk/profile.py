@@ -12,7 +12,8 @@ from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.equatorial_plane import MOST_CROSSINGS
 from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.lens_map.domains import Ring
-from kerrcaustics.results.declared import Shown, quantity, result, usual_warnings
+from kerrcaustics.results.declared import quantity, result, usual_warnings
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.scenes.disk.disk import MOTIONS
 from kerrcaustics.scenes.disk.ring_images import ring_images
 from kerrcaustics.scenes.scene_checks import check_number

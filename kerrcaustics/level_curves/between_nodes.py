@@ -6,8 +6,8 @@ import numpy as np
 
 from kerrcaustics.images.search import ImageSearch, SkyImages
 from kerrcaustics.lens_map.newton import find_roots
+from kerrcaustics.level_curves.branches import Branches
 from kerrcaustics.shapes import Bool, Float
-from kerrcaustics.tracks.level_curves.branches import Branches
 
 Array = np.ndarray
 

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kerrcaustics.beams.ends import End
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle, polar_basis
 
@@ -27,11 +26,6 @@ class Circle:
     def about_spin_axis(cls, theta: float) -> "Circle":
         """The circle theta' = theta, with phi' as its longitude."""
         return cls(theta, np.eye(3))
-
-    @classmethod
-    def on(cls, surface: End, level: float) -> "Circle":
-        """The circle theta = level in the coordinates of a sphere, with their phi as its longitude."""
-        return cls(level, surface.axes)
 
     @classmethod
     def about(cls, centre: Float[Array, " 3"], angle: float) -> "Circle":

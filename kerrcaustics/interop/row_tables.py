@@ -8,10 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kerrcaustics.astronomy.plate_carree import write_units
 from kerrcaustics.extras import needed
 from kerrcaustics.files import check_name, writing
-from kerrcaustics.results.declared import Quantity, Shown, quantities
+from kerrcaustics.interop.plate_carree import write_units
+from kerrcaustics.results.declared import Quantity, quantities
+from kerrcaustics.results.shown import Shown
 from kerrcaustics.results.storage import as_json
 from kerrcaustics.results.units import as_in
 

@@ -7,7 +7,7 @@ events (links.py). Links that are too long for the eye are halved.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -18,16 +18,16 @@ from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.lens_map.search_sky import TOLERANCE, as_seen
 from kerrcaustics.lens_map.sky_chart import Chart, apart
+from kerrcaustics.level_curves.links import DOUBT, Linker, Links, Nodes, links_of, plain_cost
+from kerrcaustics.level_curves.path_events import STILL, path_events
 from kerrcaustics.numerics.parts import inner_parts
 from kerrcaustics.results.progress import report
 from kerrcaustics.shapes import Bool, Float, Int
+from kerrcaustics.spacetime.circles import Circle
+from kerrcaustics.spacetime.cubic_curves import Cubics
 from kerrcaustics.spacetime.frame import Frame
-from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import angle_between, flattened
 from kerrcaustics.spacetime.viewer import Viewer
-from kerrcaustics.tracks.level_curves.circle import Circle
-from kerrcaustics.tracks.level_curves.links import DOUBT, Linker, Links, Nodes, links_of, plain_cost
-from kerrcaustics.tracks.level_curves.path_events import STILL, path_events
 
 Array = np.ndarray
 # Of images, one entry each.
@@ -50,22 +50,6 @@ _LONGEST, _LONGEST_TURN = np.radians(2.0), np.radians(10.0)
 _MOST_DIVISIONS, _MOST_PARTS = 12, 12
 # Depth from which images of index 0 run along the shadow edge, too.
 _CLOSE = 0.3
-
-
-@dataclass(frozen=True)
-class Cubics(Rows):
-    """Cubic curves that follow links: the place at the left end, the step to the right end, the rates at both."""
-
-    start: Float[Array, "links axes"]
-    step: Float[Array, "links axes"]
-    rate_0: Float[Array, "links axes"]
-    rate_1: Float[Array, "links axes"]
-
-    def at(self, part: Float[Array, " links"]) -> Float[Array, "links axes"]:
-        """Places at parts of the links."""
-        t = part[:, None]
-        bend = t * (1 - t)
-        return self.start + t * t * (3 - 2 * t) * self.step + bend * ((1 - t) * self.rate_0 - t * self.rate_1)
 
 
 class Branches:

@@ -18,7 +18,7 @@ from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.numerics.roots import bracketed_roots
 from kerrcaustics.numerics.splines import Spline
 from kerrcaustics.shapes import Bool, Float, Int
-from kerrcaustics.tracks.level_curves.circle import Circle
+from kerrcaustics.spacetime.circles import Circle
 
 Array = np.ndarray
 # Of path_events, one entry each.

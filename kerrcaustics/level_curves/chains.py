@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from kerrcaustics.lens_map.lens_map import SeenLight
+from kerrcaustics.level_curves.branches import Branches
 from kerrcaustics.shapes import Float, Int
-from kerrcaustics.tracks.level_curves.branches import Branches
 
 Array = np.ndarray
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from kerrcaustics.lens_map.sky_chart import Chart, apart
+from kerrcaustics.level_curves.path_events import PathEvents
 from kerrcaustics.numerics.matching import best_matches
 from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.rows import Rows
-from kerrcaustics.tracks.level_curves.path_events import PathEvents
 
 Array = np.ndarray
 # The nodes at one end of links; what there is of each column of images.
