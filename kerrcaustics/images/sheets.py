@@ -249,7 +249,7 @@ def _among_first(which: Int[Array, " pairs"], most: int) -> Bool[Array, " pairs"
     return np.arange(len(which)) - np.searchsorted(which, which) < most
 
 
-def checked_sheets(camera: Viewer, max_index: int, surface: End = SKY) -> Sheets:
+def checked_sheets(camera: Viewer, max_index: object, surface: End = SKY) -> Sheets:
     """The sheets of a camera; ValueError unless the arguments are valid."""
     check_viewer(camera)
     return sheets_of(camera, checked_index(max_index), surface)

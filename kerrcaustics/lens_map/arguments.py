@@ -10,7 +10,7 @@ HIGHEST_INDEX = 6
 _DIRECT = "stars are seen directly, by images of index 0, at infinite (alpha, beta): these are not among the images"
 
 
-def checked_index(max_index: int) -> int:
+def checked_index(max_index: object) -> int:
     """The argument `max_index`; ValueError unless it is valid."""
     return whole_number("max_index", max_index, 0, HIGHEST_INDEX)
 
