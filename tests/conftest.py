@@ -32,12 +32,13 @@ ALL_BUT = {
     "numerics": (),
     "orbits": (),
     "lens_map": (),
+    "level_curves": (),
     "tracks": (
         *("circles", "event_derivatives", "events", "following", "isoradials"),
         *("lines", "track", "tracks"),
     ),
     "extended_sources": ("magnification", "profiles"),
-    "light_curves": ("light_curve", "source_light", "sources", "spot_curve"),
+    "light_curves": ("light_curve", "results", "sources", "spot_curve"),
     "waves": ("amplification", "pattern"),
 }
 ROOMS = {

@@ -11,6 +11,8 @@ import kerrcaustics as kc
 from kerrcaustics.beams.ends import End
 from kerrcaustics.films.film import FilmResult
 from kerrcaustics.images.counts import CountMap
+from kerrcaustics.images.events import Event
+from kerrcaustics.light_curves.results import SourceEvent
 from kerrcaustics.results.declared import LAYOUTS, stored
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.spacetime.viewer import Viewer
@@ -45,7 +47,7 @@ SIZES = {
     "place_axis": 2,
     "pixel_axis": 2,
 }
-WHOLE = {"index", "turning_points", "parity", "crossings", "status", "counts", "expected", "before"}
+WHOLE = {"crossing", "index", "turning_points", "parity", "crossings", "status", "counts", "expected", "before"}
 TRUTHS = {"closed_form", "on_caustic", "certified", "followed"}
 
 
@@ -68,6 +70,8 @@ def value(name, hint, dims, count, absent):
     parts = get_args(hint)
     if type(None) in parts:
         return None if absent else value(name, parts[0], dims, count, absent)
+    if hint is Event:
+        return example(SourceEvent, count, absent)
     if hint in LAYOUTS or hint in GIVEN:
         return example(hint, count, absent)
     if "ndarray" in str(hint) and not parts:

@@ -300,13 +300,9 @@ def classes_of(analysis: str) -> tuple[type, ...]:
     return tuple(get_args(option)[0] if get_origin(option) is tuple else option for option in options or (hint,))
 
 
-# Points on an orbit are seen from everywhere, and have tests of their own (test_moving_sources.py); here a spot is.
-ELSEWHERE = {"SourceLightCurve"}
-
-
 def class_of(analysis: str) -> type:
-    """The one class of an analysis: that which neither GAPS nor ELSEWHERE names."""
-    others = ELSEWHERE | {entry.what.removeprefix("class ") for entry in GAPS if analysis in entry.analyses}
+    """The one class of an analysis: that which GAPS does not name."""
+    others = {entry.what.removeprefix("class ") for entry in GAPS if analysis in entry.analyses}
     (only,) = (kind for kind in classes_of(analysis) if kind.__name__ not in others)
     return only
 

@@ -8,8 +8,7 @@ import kerrcaustics as kc
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.extended_sources.magnification import Magnification
 from kerrcaustics.images.counts import CountMap, ImageCounts
-from kerrcaustics.light_curves.source_light import SourceLightCurve
-from kerrcaustics.light_curves.spot_curve import LightCurve
+from kerrcaustics.light_curves.results import LightCurve
 from kerrcaustics.results.declared import LAYOUTS, quantities
 from kerrcaustics.tracks.circles import CircleImages
 from kerrcaustics.tracks.events import PairEvents
@@ -28,9 +27,8 @@ CLAIMS = {
     CircleImages: "all images of a great circle",
     LineCrossings: "all crossings of a line",
     IsoradialSet: "the images of all circles",
-    LightCurve: "the light of all images at a crossing",
+    LightCurve: "all images of a source on an orbit",
     FollowedStar: "all images of a source, for each viewer",
-    SourceLightCurve: "all images of a source on an orbit",
     Magnification: "all images of a source of finite size",
     Amplification: "the waves of all images of a source",
     Caustic: "a whole curve with its cusps",

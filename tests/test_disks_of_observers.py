@@ -10,7 +10,7 @@ from command_line import run
 from scipy.interpolate import CubicSpline
 
 import kerrcaustics as kc
-from kerrcaustics.draw.light_curves import SpotFrames
+from kerrcaustics.draw.spot_films import SpotFrames
 from kerrcaustics.scripts import STUDIES
 from kerrcaustics.tracks import isoradials
 
@@ -203,7 +203,7 @@ def test_errors_of_light_curves_are_honest():
         assert (np.abs(found.flux - true.flux) <= found.error + true.error).all()
         away = np.linalg.norm(found.centroid - true.centroid, axis=1)
         assert (away <= found.centroid_error + true.centroid_error).all()
-        allowed = found.travel_time_error + true.travel_time_error
+        allowed = found.emission_time_error + true.emission_time_error
         # Not many times too large, either.
         assert np.median(found.error / found.flux) < 40 * np.median(np.abs(found.flux / true.flux - 1))
         assert (np.abs(found.travel_time - true.travel_time) <= allowed).all()
@@ -238,9 +238,7 @@ def test_command_and_film_for_an_observer_at_infinity(capsys, tmp_path):
     assert status == 0 and entry["certified"] and entry["radius"] is None and figure.stat().st_size > 10_000
     assert len(entry["centroid"][0]) == 2 and "centroid_error" in entry
     assert {"moment", "sky_error", "error"} <= entry["events"][0].keys()
-    frames = SpotFrames(
-        kc.light_curve(kc.Observer(spin=0.9, inclination=math.radians(75)), 6.0, 40, crossings=2), "circular", 4
-    )
+    frames = SpotFrames(kc.light_curve(kc.Observer(spin=0.9, inclination=math.radians(75)), 6.0, 40, crossings=2), 4)
     (places, bright), _ = frames.images(frames.times[1]).values()
     assert places.shape[1] == 2 and (bright > 0).all()
     rays = kc.trace_rays(frames.light.camera, places, end=kc.EquatorialPlane(1))

@@ -9,7 +9,7 @@ from command_line import run
 from scipy.interpolate import CubicSpline
 
 import kerrcaustics as kc
-from kerrcaustics.draw.light_curves import SpotFrames
+from kerrcaustics.draw.spot_films import SpotFrames
 from kerrcaustics.scenes.view import View
 from kerrcaustics.spacetime.frame import photon_of
 
@@ -115,7 +115,7 @@ def direct_sum(curve, orbital, times, power=4.0):
     along = CubicSpline(edge_phase, np.append(phase, phase[0] + 2 * math.pi * winds))
     sky = CubicSpline(edge_phase, [*curve.sky, curve.sky[0]], bc_type="periodic")
     least, most = np.floor(phase.min() / (2 * math.pi)) - 1, np.ceil(phase.max() / (2 * math.pi)) + 1
-    total = np.zeros((len(times), 5))
+    total = np.zeros((len(times), 6))
     for i, time in enumerate(times):
         wanted = orbital * time % (2 * math.pi) + 2 * math.pi * np.arange(least, most)
         places = np.concatenate([along.solve(level, extrapolate=False) for level in wanted])
@@ -126,7 +126,7 @@ def direct_sum(curve, orbital, times, power=4.0):
         beams = kc.trace_beams(SPOT, n, end=kc.EquatorialPlane(curve.crossing), time=True)
         b = photon_of(SPOT.frame(), tuple(n.T)).b
         light = beams.redshift**power / np.abs(beams.determinant) / np.abs(1 - orbital * b)
-        total[i] = light @ np.column_stack([np.ones(len(n)), n, beams.time])
+        total[i] = light @ np.column_stack([np.ones(len(n)), n, beams.time, beams.redshift])
     return total
 
 
@@ -143,6 +143,10 @@ def test_light_of_a_spot_is_that_of_its_images():
     away = np.linalg.norm(found.centroid - centroid, axis=1)
     assert np.median(away) < 2e-6 and away.max() < 1e-4 and found.centroid_error.max() < 1e-5
     assert np.nanmax(np.abs(found.travel_time[0] - sums[0, :, 4] / shares[0])) < 1e-3
+    # Of each crossing, as of all light: its mean frequency ratio and place.
+    assert np.abs(found.redshift[:2] - sums[:2, :, 5] / shares[:2]).max() < 1e-3
+    direct = sums[0, :, 1:4] / np.linalg.norm(sums[0, :, 1:4], axis=1, keepdims=True)
+    assert np.linalg.norm(found.sky[0] - direct, axis=1).max() < 1e-4 and found.sky_error[0].max() < 1e-5
     assert np.abs(found.flux / shares.sum(axis=0) - 1).max() < 1e-3
     for curve, share, wanted in zip(images, found.shares, shares, strict=True):
         far = np.ones(len(found.time), bool)
@@ -238,7 +242,7 @@ def test_frames_of_a_light_curve_show_the_images_that_are_there():
     """Two more between a creation and an annihilation; where each is, the spot was when its light left it."""
     camera = kc.Camera(0.9, 50.0, math.radians(75), "static")
     found = kc.light_curve(camera, 6.0, 40, crossings=2)
-    frames = SpotFrames(found, "circular", 15)
+    frames = SpotFrames(found, 15)
     orbital = 2 * math.pi / found.period
     births = {event.kind: event.moment for event in found.events if event.crossing == 2}
     begin, end = births["creation"], births["annihilation"]
@@ -266,7 +270,7 @@ def test_command_says_draws_and_saves_a_light_curve(capsys, tmp_path):
     status, out, err = run(capsys, "light-curve", *options, "--times", "8", "--crossings", "1", "--points", *files)
     entry = json.loads(out)
     assert status == 0 and "creation" not in err and "8.000" not in err
-    assert (entry["schema"], entry["radius"], entry["orbit"]) == ("kerrcaustics/light-curve/1", 50, 8)
+    assert (entry["schema"], entry["radius"], entry["orbit_radius"]) == ("kerrcaustics/light-curve/2", 50, 8)
     light = kc.load(saved)
     assert entry["flux"] == light.flux.tolist() and len(light.flux) == 8 and figure.stat().st_size > 10_000
     assert np.allclose(np.linalg.norm(light.centroid, axis=1), 1, atol=1e-14)

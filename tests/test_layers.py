@@ -31,7 +31,7 @@ FLOORS = {
         "level_curves": "lens_map curves images",
         "tracks": "lens_map images level_curves",
         "extended_sources": "lens_map curves images level_curves",
-        "light_curves": "lens_map images tracks",
+        "light_curves": "lens_map images",
         "waves": "lens_map curves images extended_sources",
         "functional": "curves images",
     },

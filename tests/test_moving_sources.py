@@ -13,9 +13,9 @@ from moving_ball import ball_light, light_at_rest
 
 import kerrcaustics as kc
 from kerrcaustics.lens_map.search_sky import search_sky
+from kerrcaustics.light_curves.body_light import body_light_curve
 from kerrcaustics.light_curves.image_curves import ImageCurves
 from kerrcaustics.light_curves.seen_images import seen_images
-from kerrcaustics.light_curves.source_light import source_light_curve
 from kerrcaustics.orbits.orbit import clock_rates, orbit_of
 from kerrcaustics.scene_files.orbit_file import read_orbit
 
@@ -103,7 +103,7 @@ def test_a_point_that_comes_from_the_horizon_is_seen_from_afar():
 def test_without_any_image_the_flux_is_unknown():
     source, curves = SimpleNamespace(searched=search_sky(CAMERA)), ImageCurves((), (), ("in doubt",))
     images = seen_images(source, [], [])
-    light = source_light_curve(source, INCLINED, np.array([1.0, 2.0]), curves, [], images, None, 0.0)
+    light = body_light_curve(source, INCLINED, np.array([1.0, 2.0]), curves, [], images, None, 0.0)
     assert np.isnan(light.flux).all() and len(light.index) == 0 and light.remarks == ("in doubt",)
 
 
@@ -255,7 +255,7 @@ def test_command_follows_an_orbit_of_a_file(capsys, tmp_path):
     files = ["--table", table, "--figure", figure, "--json", "-", "--points"]
     status, out, err = run(capsys, "light-curve", *options, "--during", 0, 300, "--times", 12, *files)
     entry = json.loads(out)
-    assert status == 0 and "certified" in err and entry["schema"] == "kerrcaustics/source-light/1"
+    assert status == 0 and "certified" in err and entry["schema"] == "kerrcaustics/light-curve/2"
     light = kc.light_curve(
         kc.Observer(spin=0.5, inclination=math.radians(50)),
         kc.Orbit.kepler(40.0, 0.3),

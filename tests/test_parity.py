@@ -64,7 +64,7 @@ def test_result_is_of_one_class_whose_fields_are_there(analysis):
     """But for the other classes, and for the fields that may be None, which stand in GAPS."""
     kind = parity.class_of(analysis)
     reported = {entry.what for entry in GAPS if analysis in entry.analyses}
-    others = {other.__name__ for other in parity.classes_of(analysis)} - {kind.__name__} - parity.ELSEWHERE
+    others = {other.__name__ for other in parity.classes_of(analysis)} - {kind.__name__}
     assert others == {what.removeprefix("class ") for what in reported if what.startswith("class ")}
     none = {name for what in reported if what.startswith("None: ") for name in what.removeprefix("None: ").split(", ")}
     asked = parity.ASKED if analysis in parity.ASKED_OF else set()

@@ -64,7 +64,7 @@ def test_equality_sees_every_field(kind):
 def test_a_record_is_json_whose_names_say_the_unit(kind, count):
     made = example(kind, count)
     entry = json.loads(json.dumps(kc.record(made, points=True), allow_nan=False))
-    assert re.fullmatch(r"kerrcaustics/[a-z-]+/1", entry["schema"])
+    assert re.fullmatch(r"kerrcaustics/[a-z-]+/[12]", entry["schema"])
     layout = LAYOUTS[kind]
     for name in layout.names + layout.points + layout.rows:
         if "=" in name:
@@ -241,6 +241,32 @@ def test_endings_of_other_formats_are_refused(tmp_path):
     with pytest.raises(ValueError, match=r"Argument `path` must not end in \.fits"):
         kc.save(tmp_path / "camera.fits", kc.Camera(0.9, 10.0))
     assert not list(tmp_path.iterdir())
+
+
+# Names that mean one thing in some results and another in others, and what.
+TWO_MEANINGS = {
+    "error": "of what the result is about: a direction, a moment, a flux, a field",
+    "beams": "the beams of paths; the number that were traced",
+    "points": "a surface; the points of a sweep",
+    "ends": "of curves; events at which tracks end",
+    "flux": "of a source; of a line profile, which is that of its disk",
+    "magnification": "of a beam, without a unit; of images, which depends on viewer and surface",
+    "per_index": "numbers; contributions to a magnification",
+    "total": "a number; a magnification",
+    "source": "of light curves its kind; of magnifications its place",
+    "size": "a length; along the surface of a source",
+    "width": "pixels; a length on the sky",
+}
+
+
+def test_names_have_one_meaning():
+    """One unit, but for derivatives, which are named after what is derived."""
+    units = {}
+    for kind in KINDS:
+        if not kind.__name__.endswith("Derivatives"):
+            for one in quantities(kind).values():
+                units.setdefault(one.name, set()).add(one.unit)
+    assert {name for name, found in units.items() if len(found) > 1} == set(TWO_MEANINGS)
 
 
 def test_times_have_one_meaning():

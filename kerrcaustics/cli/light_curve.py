@@ -28,8 +28,7 @@ from kerrcaustics.cli.tables import PlainTable
 from kerrcaustics.cli.terminal import place_of, plain_errors, progress, say, say_all, verdict
 
 if TYPE_CHECKING:
-    from kerrcaustics.light_curves.source_light import SourceLightCurve
-    from kerrcaustics.light_curves.spot_curve import LightCurve
+    from kerrcaustics.light_curves.results import LightCurve
     from kerrcaustics.orbits.orbit import Orbit
 
 
@@ -135,16 +134,15 @@ def light_curve(
             write_table(light, table)
         if figure is not None:
             report("drawing", 1.0)
-            from kerrcaustics.draw import light_curves, source_light
+            from kerrcaustics.draw.light_curves import light_curve_figure
 
-            draw = light_curves.light_curve_figure if kind == "spot" else source_light.source_light_figure
-            write_figure(draw(light), figure)
+            write_figure(light_curve_figure(light), figure)
     if film is not None:
-        from kerrcaustics.draw.light_curves import light_curve_film
+        from kerrcaustics.draw.spot_films import light_curve_film
 
-        write_film(film, lambda: light_curve_film(light, motion or "circular"), restart)
+        write_film(film, lambda: light_curve_film(light), restart)
     common.write_result(record(light, camera=viewer, points=points), seconds, None)
-    (_print_spot if kind == "spot" else _print_source)(light, common.console())
+    _print(light, common.console())
     common.say_files(figure=figure, film=film, table=table, saved=save)
     if not light.certified:
         stop(1, "Not all images are certified: see the remarks.")
@@ -175,37 +173,29 @@ def _orbit(text: str) -> "float | Orbit":
         raise BadInput(str(error).replace("Argument ORBIT", "Argument --orbit")) from None
 
 
-def _print_spot(light: "LightCurve", out: Console) -> None:
-    say(out, f"{place_of(light.camera)}: a spot on a circular orbit at r = {light.radius:g}, period {light.period:.9g}")
-    table = PlainTable(("crossing", "of all light", "brightest", "at time"))
-    whole = light.flux.mean()
-    for crossing, share in enumerate(light.shares, start=1):
-        best = int(share.argmax())
-        table.add_row(str(crossing), f"{share.mean() / whole:.3%}", f"{share[best]:.6g}", f"{light.time[best]:z.6g}")
-    out.print(table)
-    for event in light.events:
-        moment = f"time {event.moment:z.9g}, error {event.error:.0e}"
-        say(out, f"{event.kind} of two images at crossing {event.crossing}, {moment}")
-    say_all(out, light.remarks)
-    low, high = light.flux.min(), light.flux.max()
-    error = f"{(light.error / light.flux).max():.0e}"
-    unit = "sr" if light.camera.sky_unit == "rad" else "M^2"
-    say(out, f"flux from {low:.6g} to {high:.6g} {unit} for a spot of unit light, relative error at most {error}")
+def _print(light: "LightCurve", out: Console) -> None:
+    """The light of each image, the events, and the flux with its error."""
+    from kerrcaustics.light_curves.results import SpotEvent
 
-
-def _print_source(light: "SourceLightCurve", out: Console) -> None:
-    say(out, f"{place_of(light.camera)}: a source on the orbit {light.orbit}")
-    table = PlainTable(("index", "of all light", "first time", "last time"))
-    for index, share, emitted in zip(light.index.tolist(), light.shares, light.emission_time, strict=True):
-        there = light.time[np.isfinite(emitted)]
+    period = "" if math.isnan(light.period) else f", period {light.period:.9g}"
+    say(out, f"{place_of(light.camera)}: a {light.source} on the orbit {light.orbit}{period}")
+    of_spot = light.source == "spot"
+    names = light.crossing if of_spot else light.index
+    table = PlainTable(("crossing" if of_spot else "index", "of all light", "brightest", "at time", "from", "to"))
+    for name, share, emitted in zip(names.tolist(), light.shares, light.emission_time, strict=True):
+        seen = light.time[np.isfinite(emitted)]
+        best = int(np.nanargmax(share)) if np.isfinite(share).any() else 0
+        ends = (f"{seen.min():z.6g}", f"{seen.max():z.6g}") if len(seen) else ("", "")
         part = np.nansum(share) / np.nansum(light.flux)
-        table.add_row(str(index), f"{part:.3%}", f"{there.min():z.6g}", f"{there.max():z.6g}")
+        table.add_row(str(name), f"{part:.3%}", f"{share[best]:.6g}", f"{light.time[best]:z.6g}", *ends)
     out.print(table)
     for event in light.events:
-        moment = f"time {event.moment:z.9g}, error {event.error:.0e}"
-        say(out, f"{event.kind} of two images at a caustic of order {event.order}, {moment}")
+        place = f"crossing {event.crossing}" if isinstance(event, SpotEvent) else f"a caustic of order {event.order}"
+        say(out, f"{event.kind} of two images at {place}, time {event.moment:z.9g}, error {event.error:.0e}")
     say_all(out, light.remarks)
     low, high = np.nanmin(light.flux), np.nanmax(light.flux)
     error = f"{np.nanmax(light.error / light.flux):.0e}"
-    flux = f"flux of these images from {low:.6g} to {high:.6g} for luminosity 1, relative error at most {error}"
+    unit = "sr " if light.camera.sky_unit == "rad" else "M^2 "
+    light_of = f"{unit}for a spot of unit light" if of_spot else "for luminosity 1"
+    flux = f"flux of these images from {low:.6g} to {high:.6g} {light_of}, relative error at most {error}"
     say(out, f"{flux}: {verdict(light.certified)}")

@@ -1,7 +1,7 @@
 """Frames of films that are drawn as figures; `kerrcaustics.films` joins them.
 
 The pictures themselves: caustics in `caustic_films`, a star over an orbit in `orbit_films`, a great circle in
-`circles`, a spot in `light_curves`.
+`circles`, a spot in `spot_films`.
 """
 
 from collections.abc import Sequence

@@ -27,12 +27,10 @@ from kerrcaustics.draw.light_curves import show_flux, sky_area
 from kerrcaustics.draw.scenes import show_picture
 from kerrcaustics.draw.sky_axes import REACH, from_above, from_the_side, is_sphere
 from kerrcaustics.draw.solids import CAPTURED_COLOUR, DISK_COLOUR, DISK_RIM_COLOUR
-from kerrcaustics.draw.source_light import show_flux as show_source_flux
 from kerrcaustics.draw.titles import viewer_in_words
 from kerrcaustics.draw.waves import amplification_curve, intensity
 from kerrcaustics.images.derivatives import ImageDerivatives
-from kerrcaustics.light_curves.source_light import SourceLightCurve
-from kerrcaustics.light_curves.spot_curve import LightCurve
+from kerrcaustics.light_curves.results import LightCurve
 from kerrcaustics.results.shown import Items
 from kerrcaustics.scenes.disk.profile import LineProfile
 from kerrcaustics.scenes.raster import Raster
@@ -53,13 +51,8 @@ _BY = "for 1, GM/c² or rad"
 
 
 def light_curve(ax: Axes, light: LightCurve) -> Axes:
-    """The flux and what each crossing adds, with creations (up) and annihilations (down)."""
+    """The flux and what each image adds to it, with creations (up) and annihilations (down)."""
     return show_flux(ax, light)
-
-
-def source_light(ax: Axes, light: SourceLightCurve) -> Axes:
-    """The flux of a source and what each image adds, one colour an index; creations (up) and annihilations (down)."""
-    return show_source_flux(ax, light)
 
 
 def line_profile(ax: Axes, profile: LineProfile) -> Axes:
@@ -241,7 +234,6 @@ _PLOTS: dict[str, Callable[..., Axes]] = {
     "Rays": sky_results.ray_ends,
     "Rendering": rendering,
     "SourceEvent": sky_results.spot_event,
-    "SourceLightCurve": source_light,
     "SpacePoints": space_points,
     "SpotEvent": sky_results.spot_event,
     "StarCatalogue": sky_results.catalogue,

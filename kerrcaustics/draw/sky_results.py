@@ -37,8 +37,7 @@ from kerrcaustics.draw.titles import viewer_in_words
 from kerrcaustics.draw.tracks import stretches, tracks_legend, tracks_on_sky
 from kerrcaustics.images.counts import CountMap, ImageCounts
 from kerrcaustics.images.images import StarImages
-from kerrcaustics.light_curves.source_light import SourceEvent
-from kerrcaustics.light_curves.spot_curve import SpotEvent
+from kerrcaustics.light_curves.results import SourceEvent, SpotEvent
 from kerrcaustics.scenes.catalogue import StarCatalogue
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.raster import Raster

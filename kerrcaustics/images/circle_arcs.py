@@ -11,16 +11,18 @@ from functools import lru_cache
 
 import numpy as np
 
+from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.images.search import ImageSearch, SkyImages, searched_together
 from kerrcaustics.lens_map.circles_in_plane import Circles
 from kerrcaustics.lens_map.domains import Ring
 from kerrcaustics.lens_map.plane_map import Crossings
-from kerrcaustics.lens_map.search_sky import TOLERANCE
+from kerrcaustics.lens_map.search_sky import TOLERANCE, search_camera
 from kerrcaustics.numerics.roots import bracketed_roots
 from kerrcaustics.numerics.splines import Spline
 from kerrcaustics.results.progress import in_steps
 from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.shadow import even_phases
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -317,3 +319,8 @@ def _seen(arcs: Arcs, phi: float) -> tuple[Float[Array, " images"], Int[Array, "
         return low, index
     width = (arcs.high.edge_phase[holds] - low) % _TURN
     return arcs.where(lambda points: _away(points.azimuth, phi), low, width), index
+
+
+def circle_image(viewer: Viewer, crossing: int, radius: float) -> Arcs:
+    """The image of a circle, cut into arcs; ValueError for viewers in the plane."""
+    return arcs_of(Ring(search_camera(viewer), EquatorialPlane(crossing)), radius)

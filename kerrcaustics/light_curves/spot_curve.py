@@ -19,87 +19,25 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.choices import event_kind
-from kerrcaustics.images.circle_arcs import Arcs
-from kerrcaustics.interop.row_tables import TimeTable
+from kerrcaustics.images.circle_arcs import Arcs, circle_image
+from kerrcaustics.images.circle_folds import fold_errors, fold_orders, node_errors
+from kerrcaustics.lens_map.arguments import checked_radii
 from kerrcaustics.lens_map.domains import Ring
 from kerrcaustics.lens_map.lens_map import LensMap
+from kerrcaustics.light_curves.results import LightCurve, SpotEvent
 from kerrcaustics.light_curves.sources import Spot
 from kerrcaustics.light_curves.spot_light import CirclingSpot, orbit_image, received, splined
-from kerrcaustics.results.declared import quantity, result
+from kerrcaustics.orbits.orbit import orbit_of
 from kerrcaustics.results.progress import in_steps
-from kerrcaustics.results.shown import Shown
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import numbers, quoted, whole_number
 from kerrcaustics.spacetime.viewer import Viewer, finite_number
-from kerrcaustics.tracks.arc_tracks import node_errors
-from kerrcaustics.tracks.events import arc_events
-from kerrcaustics.tracks.isoradials import arcs_seen, check_circles
 
 Array = np.ndarray
 
 _MOST_TIMES = 1_000_000
 # Relative rounding of a centroid.
 _ROUNDING = 1e-12
-
-
-@result("spot-event/1", record="kind crossing moment azimuth sky error sky_error")
-class SpotEvent(Shown):
-    """The creation, or annihilation, of two images of a spot."""
-
-    camera: Viewer = quantity("", "", "the viewer", column="")
-    kind: str = quantity("", "", '"creation" or "annihilation"')
-    crossing: int = quantity("", "1", "number of the crossing of the plane, from 1")
-    moment: float = quantity("", "GM/c^3", "time of the camera, within the first orbit")
-    azimuth: float = quantity("", "rad", "azimuth of the spot when the light left it", json="azimuth_deg")
-    sky: Array = quantity("axis", "1", "direction N where it is seen; of an Observer (alpha, beta)")
-    error: float = quantity("", "GM/c^3", "estimated error of moment")
-    sky_error: float = quantity("", "sky", "estimated error of sky, along the image of the orbit")
-
-
-@result(
-    "light-curve/1",
-    record="radius size power period certified remarks events",
-    points="time flux error shares centroid centroid_error travel_time travel_time_error",
-)
-class LightCurve(TimeTable):
-    """The light of a spot that circles the hole, as a viewer receives it."""
-
-    camera: Viewer = quantity("", "", "the viewer that receives it", json="", column="")
-    radius: float = quantity("", "GM/c^2", "radius of the orbit", json="orbit")
-    size: float = quantity("", "GM/c^2", "standard deviation of the spot along its orbit")
-    period: float = quantity("", "GM/c^3", "period of the orbit")
-    time: Array = quantity(
-        "time",
-        "GM/c^3",
-        "time of the camera, 0 when the spot's own azimuth is 0; an Observer's is later by r + 2 ln r of the observer",
-    )
-    flux: Array = quantity(
-        "time",
-        "solid angle",
-        "solid angle times g^power, for a spot of unit intensity and unit area; NaN where unknown",
-    )
-    error: Array = quantity("time", "solid angle", "estimated error of the flux, of all its crossings")
-    shares: Array = quantity("crossing time", "solid angle", "contribution of each crossing to the flux")
-    power: float = quantity("", "1", "power of the frequency ratio g with which the intensity scales")
-    centroid: Array = quantity(
-        "time axis", "1", "mean direction N of the light, a unit vector; of an Observer the mean (alpha, beta)"
-    )
-    centroid_error: Array = quantity("time", "sky", "estimated error of the centroid")
-    travel_time: Array = quantity(
-        "crossing time",
-        "GM/c^3",
-        "mean travel time of the light of each crossing; for an Observer, that of a plane wave, minus r + 2 ln r of "
-        "the observer; NaN without light",
-    )
-    travel_time_error: Array = quantity("crossing time", "GM/c^3", "estimated error of travel_time")
-    events: tuple[SpotEvent, ...] = quantity("event", "", "creations and annihilations of images, in order of time")
-    certified: bool = quantity(
-        "",
-        "1",
-        "True when no image of the orbit, and no event, is missing at the requested crossings: each is one "
-        "closed curve round the shadow, along which the azimuth runs as the Morse index says, once round in all",
-    )
-    remarks: tuple[str, ...] = quantity("", "", "remarks on what is in doubt; empty when certified")
 
 
 def spot_light_curve(camera: Viewer, orbit: float, times: ArrayLike | int, source: Spot) -> LightCurve:
@@ -110,26 +48,34 @@ def spot_light_curve(camera: Viewer, orbit: float, times: ArrayLike | int, sourc
     crossings = in_steps("crossing", range(1, source.crossings + 1))
     images = [_seen(camera, spot, crossing, clock, points) for crossing in crossings]
     fine, coarse = (np.stack([image.received[i] for image in images]) for i in (0, 1))
-    shares, late_error = fine[..., 0], [image.late_error for image in images]
-    flux, (centroid, coarse_centroid) = shares.sum(axis=0), (_centroid(part) for part in (fine, coarse))
-    late, late_coarse = (_mean_time(part) for part in (fine, coarse))
+    all_light, shares = fine.sum(axis=0), fine[..., 0]
+    flux, (mean, coarse_mean) = shares.sum(axis=0), (_means(part) for part in (fine, coarse))
+    centroid, coarse_centroid = _means(all_light).sky, _means(coarse.sum(axis=0)).sky
+    late_error = np.array([image.late_error for image in images])[:, None]
     remarks = tuple(f"crossing {n}: {remark}" for n, image in enumerate(images, 1) for remark in image.remarks)
     events = (event for image in images for event in image.events)
     return LightCurve(
         camera=camera,
+        source="spot",
+        orbit=orbit_of("orbit", spot.radius).words,
         radius=spot.radius,
         size=spot.size,
+        motion=spot.motion,
+        power=spot.power,
         period=spot.period,
         time=clock,
         flux=flux,
         error=_doubt(np.abs(shares - coarse[..., 0]).sum(axis=0), flux) + _ROUNDING * flux,
+        index=np.full(len(images), -1),
+        crossing=np.arange(1, len(images) + 1),
         shares=shares,
-        power=spot.power,
+        emission_time=clock - mean.late,
+        emission_time_error=_doubt(np.abs(mean.late - coarse_mean.late)) + late_error,
+        redshift=mean.redshift,
+        sky=mean.sky,
+        sky_error=_place_error(mean.sky, coarse_mean.sky),
         centroid=centroid,
-        centroid_error=_doubt(np.linalg.norm(centroid - coarse_centroid, axis=-1))
-        + _ROUNDING * np.linalg.norm(centroid, axis=-1),
-        travel_time=late,
-        travel_time_error=_doubt(np.abs(late - late_coarse)) + np.array(late_error)[:, None],
+        centroid_error=_place_error(centroid, coarse_centroid),
         events=tuple(sorted(events, key=lambda event: event.moment)),
         certified=not remarks,
         remarks=remarks,
@@ -138,7 +84,7 @@ def spot_light_curve(camera: Viewer, orbit: float, times: ArrayLike | int, sourc
 
 def _circling(camera: Viewer, orbit: float, source: Spot) -> CirclingSpot:
     """A spot on its orbit; ValueError for a radius at which nothing circles."""
-    radius = float(check_circles(camera, "orbit", finite_number("orbit", orbit))[0])
+    radius = float(checked_radii(camera, "orbit", finite_number("orbit", orbit))[0])
     emitter = EMITTERS[source.motion](camera.spin, radius, 0.0)
     if not emitter.slowness > 0:
         raise ValueError(f"Argument `orbit` must be the radius of a circular orbit, but is {radius:g}.")
@@ -168,11 +114,11 @@ class _Image(NamedTuple):
 def _seen(viewer: Viewer, spot: CirclingSpot, crossing: int, clock: Float[Array, " t"], points: int) -> _Image:
     """The light of one crossing at times: of an image that could not be followed NaN."""
     lens_map = LensMap(viewer, EquatorialPlane(crossing, spot.motion))
-    arcs = arcs_seen(viewer, crossing, spot.radius)
+    arcs = circle_image(viewer, crossing, spot.radius)
     image = None if arcs.distance is None else orbit_image(lens_map, arcs, spot, points)
     if image is None:
         axes = lens_map.sky.shown(np.array([[-1.0, 0.0, 0.0]])).shape[1]
-        unknown = np.full((len(clock), axes + 2), np.nan)
+        unknown = np.full((len(clock), axes + 3), np.nan)
         return _Image((unknown, unknown), math.nan, [], arcs.remarks or ("parts of the image could not be found",))
     curves = (splined(image, spot, step) for step in (1, 2))
     full, half = (received(curve, spot.orbital, clock, spot.size / spot.radius) / spot.radius for curve in curves)
@@ -188,36 +134,54 @@ def _doubt(change: Float[Array, "*batch times"], scale: Array | float = 1.0) -> 
     return change + scale * mean / np.mean(scale)
 
 
-def _centroid(light: Float[Array, "crossings times columns"]) -> Float[Array, "times axes"]:
-    """The mean place on the sky; a direction is a unit vector."""
-    total = light.sum(axis=0)
-    places = total[:, 1:-1]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        size = np.linalg.norm(places, axis=1) if places.shape[1] == 3 else total[:, 0]
-        return places / size[:, None]
+class _Means(NamedTuple):
+    """Means over light; NaN without light.
+
+    sky: place on the sky (..., axes), a direction as a unit vector.
+    late: travel time, GM/c^3.
+    redshift: frequency ratio.
+    """
+
+    sky: Array
+    late: Array
+    redshift: Array
 
 
-def _mean_time(light: Float[Array, "crossings times columns"]) -> Float[Array, "crossings times"]:
+def _means(light: Float[Array, "*batch columns"]) -> _Means:
+    """The means over sums of light; NaN without light."""
+    places = light[..., 1:-2]
     with np.errstate(invalid="ignore", divide="ignore"):
-        return light[..., -1] / light[..., 0]
+        size = np.linalg.norm(places, axis=-1) if places.shape[-1] == 3 else light[..., 0]
+        return _Means(places / size[..., None], light[..., -2] / light[..., 0], light[..., -1] / light[..., 0])
+
+
+def _place_error(
+    places: Float[Array, "*batch times axes"], coarse: Float[Array, "*batch times axes"]
+) -> Float[Array, "*batch times"]:
+    """Errors of places, from those with half of the points."""
+    return _doubt(np.linalg.norm(places - coarse, axis=-1)) + _ROUNDING * np.linalg.norm(places, axis=-1)
 
 
 def _events(lens_map: LensMap, arcs: Arcs, spot: CirclingSpot) -> list[SpotEvent]:
     """The folds of an image of the orbit, at which the azimuth turns back along it."""
-    light = lens_map.seen(arcs.low.sky)
-    errors = lens_map.errors(arcs.low.sky, node_errors(arcs, light.beams))[arcs.folded]
-    late, late_error = light.time[arcs.folded], light.time_error[arcs.folded]
-    pairs = arc_events(lens_map.viewer, arcs, lens_map.surface)
-    return [
-        SpotEvent(
-            camera=lens_map.viewer,
-            kind=event_kind(arcs.sense[arc] * spot.orbital),
-            crossing=arcs.circles.end.crossing,
-            moment=float((pair.azimuth / spot.orbital + late[i]) % spot.period),
-            azimuth=pair.azimuth,
-            sky=pair.sky,
-            error=float(pair.error / abs(spot.orbital) + late_error[i]),
-            sky_error=float(errors[i]),
+    light, azimuth = lens_map.seen(arcs.low.sky), arcs.low.azimuth
+    sky_error, error = lens_map.errors(arcs.low.sky, node_errors(arcs, light.beams)), fold_errors(arcs)
+    orders = fold_orders(arcs)
+    events = []
+    for k, i in enumerate(np.flatnonzero(arcs.folded).tolist()):
+        moment = float((azimuth[i] / spot.orbital + light.time[i]) % spot.period)
+        events.append(
+            SpotEvent(
+                kind=event_kind(arcs.sense[i] * spot.orbital),
+                order=int(orders[k]),
+                moment=moment,
+                emission_time=moment - float(light.time[i]),
+                sky=light.sky[i],
+                camera=lens_map.viewer,
+                crossing=arcs.circles.end.crossing,
+                azimuth=float(azimuth[i]),
+                error=float(error[k] / abs(spot.orbital) + light.time_error[i]),
+                sky_error=float(sky_error[i]),
+            )
         )
-        for i, (arc, pair) in enumerate(pairs.items())
-    ]
+    return events

@@ -54,11 +54,12 @@ class OrbitImage(Rows):
     azimuth: Float[Array, " points"]
     late: Float[Array, " points"]
     late_error: Float[Array, " points"]
+    redshift: Float[Array, " points"]
     light: Float[Array, " points"]
 
 
 class SplinedCurve(NamedTuple):
-    """An image of the orbit as smooth functions of the edge phase: the place, phi, phi + Omega T, and light along it.
+    """An image of the orbit as smooth functions of the edge phase: the place, phi, phi + Omega T, g, light along it.
 
     winds: what both angles gain with the parameter, in whole turns; it is left out of them.
     """
@@ -66,6 +67,7 @@ class SplinedCurve(NamedTuple):
     sky: Spline
     azimuth: Spline
     phase: Spline
+    redshift: Spline
     light: Spline
     winds: int
 
@@ -96,7 +98,8 @@ def _points(
     light = lens_map.seen(points.sky)
     solid_angle = lens_map.sky.lengths(points.sky) ** 2 / (spot.radius * points.gradient)
     bright = light.redshift**spot.power * solid_angle
-    return OrbitImage(edge_phase, points.sky, light.sky, light.azimuth, light.time, light.time_error, bright)
+    times = light.time, light.time_error
+    return OrbitImage(edge_phase, points.sky, light.sky, light.azimuth, *times, light.redshift, bright)
 
 
 def _parts(image: OrbitImage, orbital: float) -> Int[Array, " points"]:
@@ -120,11 +123,13 @@ def splined(image: OrbitImage, spot: CirclingSpot, step: int) -> SplinedCurve:
     azimuth = part.azimuth - winds * part.edge_phase
     along = np.linalg.norm(spline(part.search_sky)(part.edge_phase, 1), axis=-1)
     phase = spline(azimuth + spot.orbital * part.late)
-    return SplinedCurve(spline(part.sky), spline(azimuth), phase, spline(part.light * along), winds)
+    return SplinedCurve(
+        spline(part.sky), spline(azimuth), phase, spline(part.redshift), spline(part.light * along), winds
+    )
 
 
 def received(ring: SplinedCurve, orbital: float, time: Array, deviation: float) -> Float[Array, "times columns"]:
-    """Light at some times of a spot with a Gaussian profile of unit area in azimuth; the same times the place, times T.
+    """Light at some times of a spot with a Gaussian profile of unit area in azimuth; the same times the place, T and g.
 
     The curve is a chain of short pieces on which the phase is linear and the light is the same: each is integrated
     exactly, however long it is compared with the spot.
@@ -140,7 +145,7 @@ def received(ring: SplinedCurve, orbital: float, time: Array, deviation: float) 
     inside = (edge_phase[1:] + edge_phase[:-1]) / 2
     late = (ring.phase(inside) - ring.azimuth(inside)) / orbital
     light = (ring.light(inside) * np.diff(edge_phase))[:, None] * np.column_stack(
-        [np.ones_like(late), ring.sky(inside), late]
+        [np.ones_like(late), ring.sky(inside), late, ring.redshift(inside)]
     )
     middle, half = (phase[1:] + phase[:-1]) / 2, np.maximum(np.abs(np.diff(phase)) / 2, 1e-6 * deviation)
     order = np.argsort(np.mod(middle, 2 * math.pi))

@@ -79,6 +79,8 @@ class Orbit:
         A time at which its place is known at once.
     period : function, optional
         Its period about a hole of a spin, if it has one.
+    radius : float, optional
+        Of a circle in the equatorial plane; otherwise NaN.
 
     Raises
     ------
@@ -96,6 +98,7 @@ class Orbit:
     about: Callable[[float, tuple[float, float]], BodyMotion]
     when: float = 0.0
     period: Callable[[float], float] | None = None
+    radius: float = math.nan
 
     def __repr__(self) -> str:
         """The kind of orbit with its numbers, in one line."""
@@ -244,7 +247,8 @@ def orbit_of(name: str, value: object) -> Orbit:
     radius = real_number(name, value)
     if not math.isfinite(radius):
         raise ValueError(f"Argument `{name}` must be a radius, an Orbit or a function of time, but is {quoted(value)}.")
-    return replace(Orbit.geodesic(radius), period=_Throw(radius, math.pi / 2, 0.0, "circular", 0.0).period)
+    period = _Throw(radius, math.pi / 2, 0.0, "circular", 0.0).period
+    return replace(Orbit.geodesic(radius), words=f"circle(radius={radius!r})", period=period, radius=radius)
 
 
 def _words(kind: str, values: dict[str, Any]) -> str:

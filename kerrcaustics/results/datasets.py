@@ -86,7 +86,9 @@ def _columns(kind: type, results: Any, dims: tuple[str, ...], prefix: str) -> It
         own = name.removesuffix("s") if inner else name
         column = "_".join(filter(None, (prefix, own if about.column is None else about.column)))
         if several:
-            yield from _columns(inner, values, dims + about.dims, column)
+            # Of a base class, what its first member declares.
+            one = _first(values, len(dims + about.dims))
+            yield from _columns(inner if one is None else type(one), values, dims + about.dims, column)
         elif inner and dims and inner not in LAYOUTS:
             # The viewer and the surface are those of the outer result.
             continue

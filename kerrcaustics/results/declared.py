@@ -63,6 +63,7 @@ _UNIT_TEXTS = {
     "place": "rad (plane: GM/c^2 and rad)",
     "level": "rad (plane: GM/c^2)",
     "light": "c^4/(GM)^2 (Observer: 1)",
+    "flux": "c^4/(GM)^2 (Observer: 1); spot: sr (Observer: (GM/c^2)^2)",
     "source size": "rad (finite radius: GM/c^2)",
     "magnification": "1 (by viewer and surface also areas in GM/c^2)",
 }

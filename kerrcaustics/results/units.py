@@ -2,7 +2,8 @@
 
 A quantity whose unit is the name of a role has the unit that follows from the `camera` and the `surface` of its result:
 "sky", lengths on the sky of the viewer; "solid angle", areas on it; "place", both coordinates of a surface; "level",
-the first of them; "light", flux by luminosity; "source size", a length along a surface, on the celestial sphere an
+the first of them; "light", flux by luminosity; "flux", either
+of the last two, by the source; "source size", a length along a surface, on the celestial sphere an
 angle; "magnification", solid angle on the sky by area of the surface.
 """
 
@@ -17,6 +18,8 @@ def as_in(result: Any, about: Quantity) -> Quantity:
     if about.unit == "sky":
         unit = result.camera.sky_unit
         return replace(about, unit=unit, json=about.name + "_rad" * (unit == "rad"))
+    if about.unit == "flux":
+        return as_in(result, replace(about, unit="solid angle" if result.source == "spot" else "light"))
     if about.unit == "solid angle":
         return replace(about, unit="sr" if result.camera.sky_unit == "rad" else "(GM/c^2)^2")
     if about.unit == "light":

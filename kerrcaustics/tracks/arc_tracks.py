@@ -8,12 +8,12 @@ import math
 
 import numpy as np
 
-from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import End
 from kerrcaustics.images.circle_arcs import Arcs, step_between
+from kerrcaustics.images.circle_folds import node_errors
 from kerrcaustics.lens_map.lens_map import LensMap
 from kerrcaustics.lens_map.measured_light import MeasuredLight, measured_light
-from kerrcaustics.shapes import Float, Int
+from kerrcaustics.shapes import Int
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.tracks.events import PairEvent
 from kerrcaustics.tracks.track import Track
@@ -44,20 +44,6 @@ def _chains(kept: Array) -> list[Int[Array, " _"]]:
     starts = np.flatnonzero(kept & ~np.roll(kept, 1))
     stops = np.flatnonzero(~kept & np.roll(kept, 1))
     return [(i + np.arange(int(((stops - i) % len(kept)).min()) + 1)) % len(kept) for i in starts.tolist()]
-
-
-def node_errors(arcs: Arcs, beams: Beams) -> Float[Array, " nodes"]:
-    """Errors of the nodes' directions, radians.
-
-    Where the beam is flat its direction is that in which the ratio of its diameters vanishes: the error is that of the
-    ratio by its slope, which the nodes next to it give.
-    """
-    low = arcs.low
-    size = np.where(low.ratio == 0, 1, np.abs(low.ratio))
-    miss = np.abs(np.log(low.radius / arcs.radius))
-    plain = arcs.radius * (low.error + miss) / np.where(low.minor == 0, 1, low.minor)
-    gaps = (np.linalg.norm(low.sky - np.roll(low.sky, k, axis=0), axis=1) / np.roll(size, k) for k in (1, -1))
-    return np.where(arcs.folded, np.maximum(*gaps) * beams.diameter_error, plain)
 
 
 def _track(

@@ -9,6 +9,8 @@ import numpy as np
 from kerrcaustics.beams.ends import End, Wherever
 from kerrcaustics.choices import event_kind
 from kerrcaustics.images.circle_arcs import Arcs, arcs_of
+from kerrcaustics.images.circle_folds import fold_errors, fold_orders
+from kerrcaustics.images.events import Event
 from kerrcaustics.images.sheets import checked_sheets
 from kerrcaustics.lens_map.arguments import checked_index
 from kerrcaustics.lens_map.domains import Domain, Ring, domain_of, search_surface
@@ -16,8 +18,7 @@ from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap, SeenLight
 from kerrcaustics.level_curves.path_events import PathEvents, path_events
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
-from kerrcaustics.results.shown import Items, Shown
-from kerrcaustics.shapes import Float
+from kerrcaustics.results.shown import Items
 from kerrcaustics.spacetime.circles import Circle
 from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
@@ -28,38 +29,22 @@ _TURN = 2 * math.pi
 
 
 @result(
-    "event/1",
-    record="kind order indices star azimuth longitude sky moment time time_error error at_cusp remarks",
+    "event/2",
+    record="kind order indices star azimuth longitude sky moment emission_time time time_error error at_cusp remarks",
 )
-class PairEvent(Shown):
-    """Two images of a source appear or vanish: the source crosses a caustic."""
+class PairEvent(Event):
+    """Two images of a star appear or vanish: the star crosses a caustic."""
 
     surface: End = quantity("", "", "surface on which the source lies", column="")
-    kind: str = quantity(
-        "",
-        "",
-        '"creation" or "annihilation": with increasing time for a camera that orbits; for others, on great circles and '
-        "in the plane, with increasing longitude",
-    )
     star: tuple[float, float] = quantity(
         "angle",
         "place",
         "theta', phi' of the source relative to the camera at that moment, phi' in [0, 2 pi); in the plane r, phi",
     )
-    sky: Array = quantity(
-        "axis", "1", "direction N on the camera sky where the two images meet; of an Observer (alpha, beta)"
-    )
-    order: int = quantity("", "1", "order of the critical curve there")
     indices: tuple[int, int] = quantity("pair", "1", "Morse indices of the two images: order - 1 and order")
     azimuth: float = quantity("", "rad", "phi' unwrapped as in `Caustic.celestial`", json="phi_unwrapped_deg")
     longitude: float = quantity(
         "", "rad", "longitude of the star on its circle, in [0, 2 pi): its phi' where that is about the spin axis"
-    )
-    moment: float = quantity(
-        "",
-        "GM/c^3",
-        "coordinate time, in [0, period), for a star whose phi' is that of the camera at time 0; NaN for a camera that "
-        "does not orbit, on great circles and in the plane",
     )
     time: float = quantity("", "GM/c^3", TRAVEL_TIME)
     time_error: float = quantity("", "GM/c^3", "error of time")
@@ -174,8 +159,8 @@ def arc_events(camera: Viewer, arcs: Arcs, surface: End) -> dict[int, PairEvent]
     """The events of a circle in the plane, by the arc that begins there."""
     which = np.flatnonzero(arcs.folded)
     folds = arcs.low[which]
-    light, error = LensMap(camera, surface).seen(folds.sky), _arc_errors(arcs, folds.edge_phase, folds.distance)
-    orders = np.maximum(arcs.index, np.roll(arcs.index, 1))[which].tolist()
+    light, error = LensMap(camera, surface).seen(folds.sky), fold_errors(arcs)
+    orders = fold_orders(arcs).tolist()
     return {
         arc: PairEvent(
             surface=surface,
@@ -187,6 +172,7 @@ def arc_events(camera: Viewer, arcs: Arcs, surface: End) -> dict[int, PairEvent]
             azimuth=float(folds.azimuth[i]),
             longitude=float(folds.azimuth[i] % _TURN),
             moment=math.nan,
+            emission_time=math.nan,
             time=float(light.time[i]),
             time_error=float(light.time_error[i]),
             error=float(error[i]),
@@ -196,21 +182,6 @@ def arc_events(camera: Viewer, arcs: Arcs, surface: End) -> dict[int, PairEvent]
         )
         for i, (arc, order) in enumerate(zip(which.tolist(), orders, strict=True))
     }
-
-
-def _arc_errors(
-    arcs: Arcs, edge_phase: Float[Array, " folds"], distance: Float[Array, " folds"]
-) -> Float[Array, " folds"]:
-    """Errors of azimuth: that of the rays, and what they miss the circle by, times the slope of the caustic there.
-
-    The beams are flat, so that J's rows, (dr, r dphi), are along the caustic.
-    """
-    if not len(edge_phase):
-        return edge_phase
-    beams = arcs.circles.beams_at(edge_phase, distance)
-    along_r, along_phi = np.linalg.norm(beams.jacobian, axis=-1).T
-    miss = np.abs(np.log(np.asarray(beams.radius) / arcs.radius))
-    return np.asarray(beams.error + (beams.error + miss) * along_phi / along_r)
 
 
 def pair_events_of(
@@ -248,6 +219,7 @@ def _event(
         azimuth=azimuth,
         longitude=float(events.longitude[i]),
         moment=moment,
+        emission_time=moment - float(light.time[i]),
         time=float(light.time[i]),
         time_error=float(light.time_error[i]),
         error=float(events.error[i]),

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.emitters import EMITTERS, redshift
 from kerrcaustics.beams.ends import EquatorialPlane
-from kerrcaustics.images.circle_arcs import Arcs, arcs_of
+from kerrcaustics.images.circle_arcs import circle_image
+from kerrcaustics.lens_map.arguments import checked_radii
 from kerrcaustics.lens_map.crossing_lines import CrossingLines
-from kerrcaustics.lens_map.domains import Ring
 from kerrcaustics.lens_map.lens_map import LensMap
 from kerrcaustics.lens_map.measured_light import measured_light
 from kerrcaustics.lens_map.plane_map import Crossings, PlaneMap
@@ -22,11 +22,10 @@ from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
 from kerrcaustics.results.shown import Items, Shown
 from kerrcaustics.shapes import Float, Int
-from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import flags, numbers, one_of, quoted, whole_number
+from kerrcaustics.spacetime.checks import flags, one_of, whole_number
 from kerrcaustics.spacetime.frame import photon_of
 from kerrcaustics.spacetime.shadow import even_phases
-from kerrcaustics.spacetime.viewer import Viewer, check_viewer
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -142,7 +141,7 @@ def isoradials(
     >>> [(curve.crossing, curve.radius, curve.closed) for curve in kc.isoradials(camera, [20.0], 2)]
     [(1, 20.0, True), (2, 20.0, True)]
     """
-    circles = check_circles(camera, "radii", radii)
+    circles = checked_radii(camera, "radii", radii)
     crossings = whole_number("crossings", crossings, 1, 12)
     one_of("motion", motion, EMITTERS)
     flags(time=time)
@@ -159,23 +158,6 @@ def isoradials(
     return IsoradialSet(tuple(curves), not remarks, tuple(remarks))
 
 
-def check_circles(camera: Viewer, name: str, radii: ArrayLike) -> Float[Array, " circles"]:
-    """The radii of an argument, outside the horizon of the camera's hole."""
-    check_viewer(camera)
-    circles, horizon = numbers(name, radii).ravel(), kerr.horizon(camera.spin)
-    if not (len(circles) and np.isfinite(circles).all() and (circles > horizon).all()):
-        raise ValueError(
-            f"Argument `{name}` must be finite and larger than the horizon radius {horizon:.12g}, "
-            f"but is {quoted(radii)}."
-        )
-    return circles
-
-
-def arcs_seen(viewer: Viewer, crossing: int, radius: float) -> Arcs:
-    """The image of a circle, cut into arcs; ValueError for viewers in the plane."""
-    return arcs_of(Ring(search_camera(viewer), EquatorialPlane(crossing)), radius)
-
-
 def _images(
     viewer: Viewer, surface: EquatorialPlane, radius: float, edge_phase: Float[Array, " lines"], *, time: bool
 ) -> tuple[list[Isoradial], tuple[str, ...]]:
@@ -183,7 +165,7 @@ def _images(
     if viewer.on_equator:
         remarks: tuple[str, ...] = ("the camera lies in the plane, along which rays run that never cross it",)
     else:
-        arcs = arcs_seen(viewer, surface.crossing, radius)
+        arcs = circle_image(viewer, surface.crossing, radius)
         remarks = arcs.remarks
         points = None if arcs.distance is None else arcs.at(edge_phase)
         if points is not None and (points.index >= 0).all():
