@@ -11,8 +11,7 @@ import kerrcaustics as kc
 from kerrcaustics.beams.ends import End
 from kerrcaustics.films.film import FilmResult
 from kerrcaustics.images.counts import CountMap
-from kerrcaustics.images.events import Event
-from kerrcaustics.light_curves.results import SourceEvent
+from kerrcaustics.light_curves.results import LightEvent, SourceEvent
 from kerrcaustics.results.declared import LAYOUTS, stored
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.spacetime.viewer import Viewer
@@ -70,7 +69,7 @@ def value(name, hint, dims, count, absent):
     parts = get_args(hint)
     if type(None) in parts:
         return None if absent else value(name, parts[0], dims, count, absent)
-    if hint is Event:
+    if hint is LightEvent:
         return example(SourceEvent, count, absent)
     if hint in LAYOUTS or hint in GIVEN:
         return example(hint, count, absent)

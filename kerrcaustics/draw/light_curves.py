@@ -16,8 +16,7 @@ from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import about_shadow, whole_line
 from kerrcaustics.draw.sky_axes import name_sky_axes
 from kerrcaustics.draw.titles import viewer_in_words
-from kerrcaustics.images.events import Event
-from kerrcaustics.light_curves.results import LightCurve
+from kerrcaustics.light_curves.results import LightCurve, LightEvent
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.spacetime.viewer import Viewer
@@ -85,7 +84,7 @@ def _lines(light: LightCurve) -> Iterator[_Line]:
             yield _Line(style.index_colour(index), f"index {index}", there)
 
 
-def _event_mark(light: LightCurve, event: Event) -> dict[str, Any]:
+def _event_mark(light: LightCurve, event: LightEvent) -> dict[str, Any]:
     """The mark of an event, in the colour of its images, and its name."""
     colour = style.crossing_colour if light.source == "spot" else style.index_colour
     return {**style.event_mark(event.kind), "markeredgecolor": colour(event.order), "label": event.kind}

@@ -1,16 +1,14 @@
 """What pair events of all kinds share: at one, two images of a source appear or vanish."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from kerrcaustics.results.declared import quantity
+from kerrcaustics.results.declared import base, quantity
 from kerrcaustics.results.shown import Shown
 
 Array = np.ndarray
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@base
 class Event(Shown):
     """Two images of a source appear or vanish: the source crosses a caustic."""
 

@@ -31,9 +31,12 @@ Array = np.ndarray
 
 # Of the radius: how much further out a ray is looked at, for the sense in which theta changes along it.
 _FURTHER = 1e-6
-# A ray that does not come to the source's sphere is looked at beyond its turning point, by this part of what it lacks,
-# within these parts of the radius. So what is wrong there vanishes with what it lacks.
-_BESIDE, _LEAST_BESIDE, _MOST_BESIDE = 0.1, 1e-9, 1e-4
+# A ray that does not reach the source's sphere is evaluated beyond its turning point, by this part of what it lacks.
+# The error made so vanishes as the ray approaches the sphere.
+_BESIDE = 0.1
+# The least and the largest distance from the turning point, over the radius.
+_LEAST_BESIDE = 1e-9
+_MOST_BESIDE = 1e-4
 
 
 @dataclass(frozen=True)
@@ -63,18 +66,18 @@ class Source:
         """The rays of directions on the search sky, to the spheres of the source at emission times, or to others."""
         places = self.motion.at(time)
         radius = places.radius if radius is None else radius
-        beams, lowering = self._traced(sky, radius, second)
+        beams, cosine_slope = self._traced(sky, radius, second)
         # Rays that turn back further out are looked at next to their turning point.
         passed = np.flatnonzero(beams.status == Status.MISSED)
         if len(passed):
             nearest = _turning_points(self.spin, np.asarray(beams.impact)[passed], np.asarray(beams.carter)[passed])
-            beside = np.clip(_BESIDE * (nearest / radius[passed] - 1), _LEAST_BESIDE, _MOST_BESIDE)
-            second_arrivals, also = self._traced(sky[passed], nearest * (1 + beside), second[passed])
+            part = np.clip(_BESIDE * (nearest / radius[passed] - 1), _LEAST_BESIDE, _MOST_BESIDE)
+            beside_turning_point, slope = self._traced(sky[passed], nearest * (1 + part), second[passed])
             for name, values in vars(beams).items():
                 if isinstance(values, np.ndarray):
-                    values[passed] = getattr(second_arrivals, name)
-            lowering[passed] = also
-        return Arrivals(self, sky, time, second, places, beams, lowering)
+                    values[passed] = getattr(beside_turning_point, name)
+            cosine_slope[passed] = slope
+        return Arrivals(self, sky, time, second, places, beams, cosine_slope)
 
     def _traced(
         self, sky: Float[Array, "n 3"], radius: Float[Array, " n"], second: Bool[Array, " n"]
@@ -104,13 +107,13 @@ def along_sky(sky: Float[Array, "n 3"], step: Float[Array, "n 2"]) -> Float[Arra
     return unit(ahead)
 
 
-def solved(matrix: Float[Array, "n k k"], wish: Float[Array, "n k"]) -> Float[Array, "n k"]:
+def solutions(matrix: Float[Array, "n k k"], target: Float[Array, "n k"]) -> Float[Array, "n k"]:
     """Solutions of systems of equations, NaN where there is none."""
-    broken = np.asarray(~np.isfinite(matrix).all(axis=(1, 2)) | ~np.isfinite(wish).all(axis=1))
-    matrix = np.where(broken[:, None, None], np.eye(wish.shape[1]), matrix)
+    broken = np.asarray(~np.isfinite(matrix).all(axis=(1, 2)) | ~np.isfinite(target).all(axis=1))
+    matrix = np.where(broken[:, None, None], np.eye(target.shape[1]), matrix)
     singular = np.asarray(np.linalg.det(matrix) == 0)
-    matrix[singular] = np.eye(wish.shape[1])
-    step = np.linalg.solve(matrix, wish[:, :, None])[:, :, 0]
+    matrix[singular] = np.eye(target.shape[1])
+    step = np.linalg.solve(matrix, target[:, :, None])[:, :, 0]
     step[broken | singular] = np.nan
     return step
 
@@ -123,7 +126,12 @@ def _turning_points(spin: float, b: Float[Array, " n"], q: Float[Array, " n"]) -
 
 
 class OrbitErrors(NamedTuple):
-    """Errors (n,) from those of the orbit: of places, over the radius; of arrival times; of g, relative."""
+    """Errors (n,) that follow from those of the orbit.
+
+    place: of the place, over the radius.
+    late: of the arrival time, GM/c^3.
+    ratio: of the frequency ratio, relative.
+    """
 
     place: Array
     late: Array
@@ -132,7 +140,16 @@ class OrbitErrors(NamedTuple):
 
 @dataclass(frozen=True)
 class Arrivals:
-    """Rays at the spheres of a source. sky, time, second: as asked for; lowering: change of cos theta further out."""
+    """Rays at the spheres of a source.
+
+    source: the source that moves.
+    sky: directions on the search sky.
+    time: emission times, GM/c^3.
+    second: True for rays that arrive at the sphere for the second time.
+    places: places of the source.
+    beams: beams from its spheres.
+    cosine_slope: change of cos theta a little further out along the ray.
+    """
 
     source: Source
     sky: Float[Array, "n 3"]
@@ -140,7 +157,7 @@ class Arrivals:
     second: Bool[Array, " n"]
     places: BodyPlaces
     beams: Beams
-    lowering: Float[Array, " n"]
+    cosine_slope: Float[Array, " n"]
 
     @property
     def reach(self) -> Bool[Array, " n"]:
@@ -157,7 +174,7 @@ class Arrivals:
             polar = np.sqrt(np.maximum(self._light[1] + z * z * (a * a - around**2), 0))
         # Followed backward the ray moves outward: so the light moves inward.
         inward = np.where(self.beams.outward, -1.0, 1.0)
-        return inward * radial, -np.sign(self.lowering) * inward * polar, around
+        return inward * radial, -np.sign(self.cosine_slope) * inward * polar, around
 
     @property
     def _light(self) -> tuple[Array, Array]:
@@ -223,7 +240,7 @@ class Arrivals:
         return self._step(self.beams.direction - self.places.vector, self.beams.radius - self.places.radius)
 
     @cached_property
-    def beside(self) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    def closest_approach(self) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
         """The place of the source along the ray, and the radius at which the ray passes it, both over its radius."""
         long = self.offset * np.stack(self._scales, axis=-1)
         along = (long * self.ahead).sum(axis=1)

@@ -30,8 +30,9 @@ _Events = Float[Array, "n 4"]
 class Separation:
     """Distances of rays from a source.
 
-    distance: in units of the mass; delay: by which the source is seen later than `Arrivals.arrival` says; rate: of the
-    arrival with the emission, -k.v, with the momentum k of the ray and the source's velocity v = dz / dt.
+    distance: in units of the mass.
+    delay: by which the source is seen later than `Arrivals.arrival` says, GM/c^3.
+    rate: change of the arrival with the emission, -k.v, with the momentum k of the ray and the source's velocity v.
     """
 
     distance: Float[Array, " n"]

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from kerrcaustics.light_curves.arrivals import Source
-from kerrcaustics.light_curves.balls import MovingBall, Sights, SlicedImage, axes_at
+from kerrcaustics.light_curves.ball_passes import RayAims, axes_at
+from kerrcaustics.light_curves.balls import MovingBall, SlicedImage
 from kerrcaustics.light_curves.even_light import even_light
 from kerrcaustics.light_curves.image_curves import ImageCurves
 from kerrcaustics.light_curves.seen_images import SeenImages
@@ -63,8 +64,8 @@ def ball_shares(
     for k, (branch, which, images) in enumerate(zip(curves.branches, wanted, point_images, strict=True)):
         if not len(which):
             continue
-        sights = _sights(ball.source, images.sky, images.emitted, times[which], images.second)
-        light, off, even = even_light(ball, sights)
+        aims = _aims(ball.source, images.sky, images.emitted, times[which], images.second)
+        light, off, even = even_light(ball, aims)
         flux[k, which[even]], error[k, which[even]] = light[even], off[even] + images.error[even]
         sky[k, which] = images.sky
         ends = [turn for turn in (branch.born, branch.dies) if turn is not None]
@@ -84,13 +85,13 @@ def ball_shares(
     folds = None
     if curves.turns:
         points = curves.turns[0].point.joined(*(turn.point for turn in curves.turns[1:]))
-        folds = _sights(ball.source, points.sky, points.time, points.arrival, points.second)
+        folds = _aims(ball.source, points.sky, points.time, points.arrival, points.second)
         parts += _parts_beside_events(ball, curves, times, np.abs(ball.passes(folds).by_time[:, 1] / points.rate))
     return _with_parts(ball, curves, times, parts, (flux, error, sky), folds)
 
 
-def _sights(source: Source, sky: Array, emitted: Array, wanted: Array, second: Array) -> Sights:
-    return Sights(sky, emitted, wanted, second, axes_at(source.arrivals(sky, emitted, second)))
+def _aims(source: Source, sky: Array, emitted: Array, wanted: Array, second: Array) -> RayAims:
+    return RayAims(sky, emitted, wanted, second, axes_at(source.arrivals(sky, emitted, second)))
 
 
 def _parts_beside_events(
@@ -118,7 +119,7 @@ def _with_parts(
     times: Float[Array, " t"],
     parts: list[_Part],
     shares: tuple[Array, Array, Array],
-    folds: Sights | None,
+    folds: RayAims | None,
 ) -> BallShares:
     """The shares with those of sliced parts: parts that are the same count once, half for each branch.
 
@@ -130,11 +131,11 @@ def _with_parts(
         wanted = times[[part.time for part in parts]]
         places = np.array([part.sky for part in parts])
         emitted, second = np.array([part.emitted for part in parts]), np.array([part.second for part in parts])
-        sights = _sights(ball.source, places, emitted, wanted, second)
+        aims = _aims(ball.source, places, emitted, wanted, second)
         for i, turn in enumerate(_common_turns(curves, times, parts)):
             if turn is not None and folds is not None:
-                sights.axes[i] = folds.axes[turn]
-        images = ball.sliced_light(sights)
+                aims.axes[i] = folds.axes[turn]
+        images = ball.sliced_light(aims)
         # The light changes over the size of the ball.
         known = ball.source.motion.errors(emitted).place * ball.source.motion.at(emitted).radius / ball.size
         rough = 0

@@ -14,18 +14,18 @@ both images of a pair lie on one spine, and nothing on the way along it is singu
 direction e of the spine: the solid angle between two is dp dphi, phi being the azimuth about e.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from kerrcaustics.light_curves.arrivals import Arrivals, Source, along_sky, solved
+from kerrcaustics.light_curves.arrivals import Arrivals, Source, along_sky, solutions
 from kerrcaustics.light_curves.ball_distance import separation
+from kerrcaustics.light_curves.ball_passes import Passes, RayAims
+from kerrcaustics.light_curves.curve_following import replaced
 from kerrcaustics.light_curves.seen_images import size_and_ratio
-from kerrcaustics.light_curves.walks import replaced
 from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.cubic_curves import Cubics
 from kerrcaustics.spacetime.kerr import horizon_product
-from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import lengths, tangent_basis
 
 Array = np.ndarray
@@ -37,85 +37,23 @@ _NEWTON, _CLOSE = 8, 1e-7
 _BENT, _MIDDLE = 1e-3, 1e-3
 # Steps along a path toward its closest approach: as many, and more for rays that are still too far from it.
 _STEPS, _MOST_STEPS = 2, 6
-# Steps along a spine: the first in radii of the ball by the steeper slope, by how much each may grow, how far xi_n may
-# go in one as a part of what is left to the limb and at least in radii, the least cosine of a turn, and the most steps.
-_FIRST, _GROWTH, _FAR, _LEAST_FAR, _STRAIGHT, _MOST = 0.3, 1.8, 0.4, 0.04, 0.9, 150
+# The first step along a spine, in radii of the ball by the steeper slope.
+_FIRST = 0.3
+# Factor by which each step may grow.
+_GROWTH = 1.8
+# The longest step of xi_n, as a part of what is left to the limb.
+_FAR = 0.4
+# The same, at least, in radii of the ball.
+_LEAST_FAR = 0.04
+# The least cosine of a turn between two steps.
+_STRAIGHT = 0.9
+# The largest number of steps.
+_MOST = 150
 # The shortest step, and what may be left of the way to a tip, as a part of the first.
 _SHORTEST, _AT_TIP = 1e-4, 1e-5
 # Nodes of slices between two steps, and the least cosine between a spine and their direction.
 _NODES, _WEIGHTS = (values / 2 for values in np.polynomial.legendre.leggauss(4))
 _LEAST_COSINE = 0.4
-
-
-@dataclass(frozen=True)
-class Sights(Rows):
-    """Directions on the search sky: emission and arrival time, which arrival at the sphere, and axes.
-
-    axes: t and n across the ray, as dr, dtheta, sin theta dphi.
-    """
-
-    sky: Float[Array, "n 3"]
-    time: Float[Array, " n"]
-    wanted: Float[Array, " n"]
-    second: Bool[Array, " n"]
-    axes: Float[Array, "n 2 3"]
-
-    def at(self, sky: Float[Array, "n 3"], time: Float[Array, " n"]) -> "Sights":
-        """The same axes at other directions and emission times."""
-        return replace(self, sky=sky, time=time)
-
-
-@dataclass(frozen=True)
-class Passes(Rows):
-    """Rays that arrive at a time: where they pass the ball (xi_t, xi_n), and how that changes over the sky and in time.
-
-    late: by how much the emission time is too early; light: g^4 per solid angle of the search sky; bend: the relative
-    error of the place, as spacetime is bent within the ball and on the way along the ray, and as the ray has errors;
-    inside: whether the index is low enough.
-    """
-
-    sky: Float[Array, "n 3"]
-    time: Float[Array, " n"]
-    late: Float[Array, " n"]
-    place: Float[Array, "n 2"]
-    by_sky: Float[Array, "n 2 2"]
-    by_time: Float[Array, "n 2"]
-    light: Float[Array, " n"]
-    bend: Float[Array, " n"]
-    inside: Bool[Array, " n"]
-
-    @property
-    def spine(self) -> Float[Array, "n 3"]:
-        """The direction of the spine."""
-        first, second = tangent_basis(self.sky)
-        slope = self.by_sky[:, 0] / lengths(self.by_sky[:, 0])[:, None]
-        return slope[:, 1:] * first - slope[:, :1] * second
-
-    @property
-    def steepest(self) -> Float[Array, " n"]:
-        """The largest change of the place with the direction, nearly."""
-        return np.sqrt((self.by_sky**2).sum(axis=(1, 2)))
-
-    def crossed(self, ahead: Float[Array, "n 3"], size: float) -> tuple[Array, Array, Array, Array]:
-        """Slices by the linear map: the part of the radius squared that is left, width, middle, direction."""
-        side = np.cross(ahead, self.sky)
-        side /= lengths(side)[:, None]
-        slope = np.stack([(side * e).sum(axis=1) for e in tangent_basis(self.sky)], axis=-1)
-        change = (self.by_sky @ slope[:, :, None])[:, :, 0]
-        square, half = (change**2).sum(axis=1), (change * self.place).sum(axis=1)
-        root = half**2 - square * ((self.place**2).sum(axis=1) - size**2)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return root / square / size**2, 2 * np.sqrt(np.maximum(root, 0)) / square, -half / square, side
-
-    def left(self, ahead: Float[Array, "n 3"], size: float) -> Float[Array, " n"]:
-        """The part that is left to the tip of the image, 1 to 0; negative beyond it, and beyond the last index."""
-        return np.where(self.inside, self.crossed(ahead, size)[0], -1.0)
-
-
-def axes_at(rays: Arrivals) -> Float[Array, "n 2 3"]:
-    """The directions across rays in which the place changes most and least over the sky: next to a fold t and n."""
-    directions = np.linalg.svd(rays.by_sky)[0]
-    return np.einsum("nab,anc->nbc", directions, rays.across)
 
 
 def _form(rays: Arrivals) -> Float[Array, "n 3 3"]:
@@ -147,27 +85,27 @@ class MovingBall:
     size: float
     highest: int
 
-    def passes(self, sights: Sights) -> Passes:
-        """The rays of sights as they are."""
-        rays = self._beside(sights)
+    def passes(self, aims: RayAims) -> Passes:
+        """The rays of aims as they are."""
+        rays = self._beside(aims)
         form = _form(rays)
         size, ratio = size_and_ratio(rays)
         r = rays.places.radius
         with np.errstate(invalid="ignore", divide="ignore"):
             apart = separation(rays)
-            first = sights.axes[:, 0] / np.sqrt(_product(sights.axes[:, 0], form, sights.axes[:, 0]))[:, None]
-            second = sights.axes[:, 1] - _product(sights.axes[:, 1], form, first)[:, None] * first
+            first = aims.axes[:, 0] / np.sqrt(_product(aims.axes[:, 0], form, aims.axes[:, 0]))[:, None]
+            second = aims.axes[:, 1] - _product(aims.axes[:, 1], form, first)[:, None] * first
             second = second / np.sqrt(_product(second, form, second))[:, None]
             across = np.stack([first, second], axis=1) @ form
             return Passes(
                 sky=rays.sky,
                 time=rays.time,
-                late=(sights.wanted - rays.arrival - apart.delay) / apart.rate,
+                time_deficit=(aims.wanted - rays.arrival - apart.delay) / apart.rate,
                 place=self._lengthened((across @ rays.offset[:, :, None])[:, :, 0], apart.distance),
                 by_sky=across @ rays.columns,
                 by_time=-(across @ rays.velocity[:, :, None])[:, :, 0],
                 light=(ratio * rays.rate / apart.rate) ** 4 * size**2,
-                bend=(self.size / r) ** 2 + rays.beside[0] ** 2 + 2 * rays.beams.error * r / self.size,
+                bend=(self.size / r) ** 2 + rays.closest_approach[0] ** 2 + 2 * rays.beams.error * r / self.size,
                 inside=np.asarray(rays.beams.index) <= self.highest,
             )
 
@@ -177,11 +115,11 @@ class MovingBall:
         least = (_MIDDLE * self.size) ** 2
         return place * np.sqrt((distance**2 + least) / ((place**2).sum(axis=1) + least))[:, None]
 
-    def _beside(self, sights: Sights) -> Arrivals:
+    def _beside(self, aims: RayAims) -> Arrivals:
         """Rays looked at where they pass the ball: those that graze its sphere come to that far away."""
-        rays = self.source.arrivals(sights.sky, sights.time, sights.second)
-        near, radius = rays.beside
-        radius, second = radius * rays.places.radius, sights.second.copy()
+        rays = self.source.arrivals(aims.sky, aims.time, aims.second)
+        near, radius = rays.closest_approach
+        radius, second = radius * rays.places.radius, aims.second.copy()
         with np.errstate(invalid="ignore"):
             far = np.flatnonzero(near**2 * rays.places.radius > _BENT * self.size)
         if not len(far):
@@ -189,24 +127,24 @@ class MovingBall:
         best, aim = near[far], radius[far]
         radius = rays.places.radius.copy()
         enough = np.sqrt(_BENT * self.size / radius[far])
-        for leaf in (sights.second[far], ~sights.second[far]):
+        for leaf in (aims.second[far], ~aims.second[far]):
             start = aim
             for step in range(_MOST_STEPS):
                 # No further than needed: where a ray turns back its derivatives grow without limit.
                 away = (step < _STEPS) | ~(best <= enough)
                 if not away.any():
                     break
-                trial = self.source.arrivals(sights.sky[far], sights.time[far], leaf, start)
+                trial = self.source.arrivals(aims.sky[far], aims.time[far], leaf, start)
                 with np.errstate(invalid="ignore"):
-                    better = away & (trial.beside[0] < best)
-                best = np.where(better, trial.beside[0], best)
+                    better = away & (trial.closest_approach[0] < best)
+                best = np.where(better, trial.closest_approach[0], best)
                 radius[far[better]], second[far[better]] = start[better], leaf[better]
-                start = trial.beside[1] * trial.places.radius
-        return self.source.arrivals(sights.sky, sights.time, second, radius)
+                start = trial.closest_approach[1] * trial.places.radius
+        return self.source.arrivals(aims.sky, aims.time, second, radius)
 
-    def brought(
+    def rays_through(
         self,
-        sights: Sights,
+        aims: RayAims,
         aim: Float[Array, "n 2"],
         ahead: Float[Array, "n 3"] | None = None,
         *,
@@ -216,7 +154,7 @@ class MovingBall:
 
         ahead: in place of xi_n, N.ahead is made the second part of the aim; limb: in place of xi_t, |xi| the first.
         """
-        now, good = self.passes(sights), np.zeros(len(sights), bool)
+        now, good = self.passes(aims), np.zeros(len(aims), bool)
         for _ in range(_NEWTON):
             matrix, lack, by_time = now.by_sky.copy(), aim - now.place, now.by_time.copy()
             if limb:
@@ -227,30 +165,30 @@ class MovingBall:
             if ahead is not None:
                 matrix[:, 1] = np.stack([(e * ahead).sum(axis=1) for e in tangent_basis(now.sky)], axis=-1)
                 lack[:, 1], by_time[:, 1] = aim[:, 1] - (now.sky * ahead).sum(axis=1), 0.0
-            step = solved(matrix, lack - by_time * now.late[:, None])
+            step = solutions(matrix, lack - by_time * now.time_deficit[:, None])
             with np.errstate(invalid="ignore"):
-                left = now.steepest * lengths(step) + lengths(now.by_time) * np.abs(now.late)
+                left = now.steepest * lengths(step) + lengths(now.by_time) * np.abs(now.time_deficit)
                 good = np.isfinite(now.light) & (left < _CLOSE * self.size)
                 still = good | ~np.isfinite(left)
             if still.all():
                 break
             step[still] = 0.0
-            now = self.passes(sights.at(along_sky(now.sky, step), now.time + np.where(still, 0.0, now.late)))
+            now = self.passes(aims.at(along_sky(now.sky, step), now.time + np.where(still, 0.0, now.time_deficit)))
         return now, good
 
-    def sliced_light(self, starts: Sights) -> "list[SlicedImage | None]":
+    def sliced_light(self, starts: RayAims) -> "list[SlicedImage | None]":
         """The parts of the image on the spines next to starts; None where they cannot be followed."""
         here = self.passes(starts)
         # Straight across to the spine.
-        here, good = self.brought(
+        here, good = self.rays_through(
             starts,
             np.stack([np.zeros(len(starts)), (here.sky * here.spine).sum(axis=1)], axis=-1),
             here.spine,
         )
         spines = self._spines(starts, here, good)
-        return self._lit(starts, spines)
+        return self._slice_light(starts, spines)
 
-    def _spines(self, starts: Sights, here: Passes, good: Bool[Array, " n"]) -> "list[Passes | None]":
+    def _spines(self, starts: RayAims, here: Passes, good: Bool[Array, " n"]) -> "list[Passes | None]":
         """The spines from tip to tip; of no rows where the ball's image does not come to the start."""
         n = len(starts)
         walker = np.concatenate([np.arange(n), np.arange(n)])
@@ -268,10 +206,10 @@ class MovingBall:
             active = np.flatnonzero(~ended & ~failed)
             if not len(active):
                 break
-            at, way, sights = now[active], ahead[active], starts[walker[active]]
+            at, way, aims = now[active], ahead[active], starts[walker[active]]
             near = np.isfinite(high[active])
             h = np.where(near, _between(*(x[active] for x in (low, high, left_low, left_high))), step[active])
-            trial, left, turned, gone, room = self._ahead(sights, at, way, h)
+            trial, left, turned, gone, room = self._ahead(aims, at, way, h)
             beyond, within = left <= 0, left > 0
             high[active[beyond]], left_high[active[beyond]] = h[beyond], left[beyond]
             low[active[near & within]], left_low[active[near & within]] = h[near & within], left[near & within]
@@ -299,7 +237,7 @@ class MovingBall:
         ]
 
     def _ahead(
-        self, sights: Sights, at: Passes, way: Float[Array, "n 3"], step: Float[Array, " n"]
+        self, aims: RayAims, at: Passes, way: Float[Array, "n 3"], step: Float[Array, " n"]
     ) -> tuple[Passes, Array, Array, Array, Array]:
         """Places a step further on spines.
 
@@ -307,7 +245,7 @@ class MovingBall:
         changed, and by how much it may, in radii of the ball.
         """
         aim = np.stack([np.zeros(len(step)), (at.sky * way).sum(axis=1) + step], axis=-1)
-        trial, fine = self.brought(sights.at(at.sky + step[:, None] * way, at.time), aim, way)
+        trial, fine = self.rays_through(aims.at(at.sky + step[:, None] * way, at.time), aim, way)
         with np.errstate(invalid="ignore", divide="ignore"):
             turned = trial.spine * np.where((trial.spine * way).sum(axis=1) < 0, -1.0, 1.0)[:, None]
             fine &= (turned * way).sum(axis=1) > _STRAIGHT
@@ -315,22 +253,22 @@ class MovingBall:
             room = np.maximum(_FAR * (1 - np.abs(at.place[:, 1]) / self.size), _LEAST_FAR)
         return trial, np.where(fine, trial.left(way, self.size), np.nan), turned, gone, room
 
-    def _lit(self, starts: Sights, spines: "list[Passes | None]") -> "list[SlicedImage | None]":
+    def _slice_light(self, starts: RayAims, spines: "list[Passes | None]") -> "list[SlicedImage | None]":
         """The light of the slices along spines."""
         cut = [(k, spine) for k, spine in enumerate(spines) if spine is not None and len(spine) > 1]
         images = [None if spine is None else _DARK for spine in spines]
         if not cut:
             return images
         row, e, p, weight, sky, time = _slices([spine for _, spine in cut])
-        sights = starts[np.array([k for k, _ in cut])[row]].at(sky, time)
-        middle, good = self.brought(sights, np.stack([np.zeros(len(p)), p], axis=-1), e)
+        aims = starts[np.array([k for k, _ in cut])[row]].at(sky, time)
+        middle, good = self.rays_through(aims, np.stack([np.zeros(len(p)), p], axis=-1), e)
         _, width, shift, side = middle.crossed(e, self.size)
         linear = width / np.sqrt(1 - p**2) * middle.light
         sides, sure = [], good.copy()
         for sense in (-0.5, 0.5):
             sky = middle.sky + (shift + sense * width)[:, None] * side
-            start = sights.at(sky / lengths(sky)[:, None], middle.time)
-            edge, fine = self.brought(start, np.stack([np.full(len(p), self.size), p], axis=-1), e, limb=True)
+            start = aims.at(sky / lengths(sky)[:, None], middle.time)
+            edge, fine = self.rays_through(start, np.stack([np.full(len(p), self.size), p], axis=-1), e, limb=True)
             sides.append(edge)
             sure &= fine
         left, right = sides

@@ -54,7 +54,7 @@ def body_light_curve(
     centroid, centroid_error = _centroid(shares, off, np.nan_to_num(places), np.nan_to_num(sky_error), flux)
     return LightCurve(
         camera=sky.viewer,
-        **_on_orbit(orbit, source.spin, size),
+        **_on_orbit(orbit, sky.viewer.spin, size),
         time=times,
         flux=flux,
         error=off.sum(axis=0),

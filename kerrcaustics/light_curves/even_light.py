@@ -10,8 +10,9 @@ import math
 
 import numpy as np
 
-from kerrcaustics.light_curves.arrivals import along_sky, solved
-from kerrcaustics.light_curves.balls import MovingBall, Passes, Sights
+from kerrcaustics.light_curves.arrivals import along_sky, solutions
+from kerrcaustics.light_curves.ball_passes import Passes, RayAims
+from kerrcaustics.light_curves.balls import MovingBall
 from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.sphere import tangent_basis
 
@@ -23,18 +24,18 @@ _RAYS = 14
 _EVEN = 1.3
 
 
-def even_light(ball: MovingBall, sights: Sights) -> tuple[Float[Array, " n"], Float[Array, " n"], Bool[Array, " n"]]:
+def even_light(ball: MovingBall, aims: RayAims) -> tuple[Float[Array, " n"], Float[Array, " n"], Bool[Array, " n"]]:
     """Flux of images, its error, and True where the image is even enough for it.
 
     The error is the largest change with every other ray, that of the polynomial, and the part by which the rays bend.
     """
-    n, angle = len(sights), np.arange(_RAYS) * 2 * np.pi / _RAYS
+    n, angle = len(aims), np.arange(_RAYS) * 2 * np.pi / _RAYS
     limb = np.tile(ball.size * np.stack([np.cos(angle), np.sin(angle)], axis=-1), (n, 1))
-    middle, many = ball.passes(sights), sights[np.repeat(np.arange(n), _RAYS)]
+    middle, many = ball.passes(aims), aims[np.repeat(np.arange(n), _RAYS)]
     slope = np.repeat(middle.by_sky, _RAYS, axis=0)
     # Begun where the linear map has them.
-    start = many.at(along_sky(many.sky, np.nan_to_num(solved(slope, limb))), many.time)
-    passes, good = ball.brought(start, limb)
+    start = many.at(along_sky(many.sky, np.nan_to_num(solutions(slope, limb))), many.time)
+    passes, good = ball.rays_through(start, limb)
     even = good.reshape(n, -1).all(axis=1) & _is_even(middle, passes)
     place = _from_middle(middle, passes, limb)
     light = passes.light.reshape(n, -1)
@@ -64,8 +65,8 @@ def _is_even(middle: Passes, passes: Passes) -> Bool[Array, " n"]:
 
 def _from_middle(middle: Passes, passes: Passes, aim: Float[Array, "rays 2"]) -> Float[Array, "n rays_each 2"]:
     """Lambert's coordinates of rays about those past the middle, along `tangent_basis`; the last step added."""
-    left = aim - passes.place - passes.by_time * passes.late[:, None]
-    sky = along_sky(passes.sky, np.nan_to_num(solved(passes.by_sky, left))).reshape(len(middle), -1, 3)
+    left = aim - passes.place - passes.by_time * passes.time_deficit[:, None]
+    sky = along_sky(passes.sky, np.nan_to_num(solutions(passes.by_sky, left))).reshape(len(middle), -1, 3)
     scale = np.sqrt(2 / (1 + (sky * middle.sky[:, None]).sum(axis=2)))
     return np.stack([(sky * e[:, None]).sum(axis=2) * scale for e in tangent_basis(middle.sky)], axis=-1)
 

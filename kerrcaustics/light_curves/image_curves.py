@@ -1,8 +1,8 @@
 """All images of a moving source over a span of emission times: branches, each one image while it lives, with events.
 
 At some moments the images are searched for completely, with the certificate of sources at rest: a source in motion is
-seen where one at rest at its place would be. From moment to moment they are followed (walks.py), from those that are
-not reached backward too, so that the pairs that appear and vanish in between are found with them.
+seen where one at rest at its place would be. From moment to moment they are followed (curve_following.py), those that
+are not reached backward too, so that the pairs that appear and vanish in between are found with them.
 """
 
 import math
@@ -14,7 +14,7 @@ from kerrcaustics.beams.spheres import Sphere
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.search import ImageSearch, SkyImages
 from kerrcaustics.light_curves.arrivals import Source
-from kerrcaustics.light_curves.walks import CurvePoints, Walk, turning_points, walk
+from kerrcaustics.light_curves.curve_following import CurvePoints, FollowedCurve, follow, turning_points
 from kerrcaustics.results.progress import in_steps
 from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.sphere import lengths
@@ -29,8 +29,11 @@ _SAME, _SAME_ERRORS = 1e-8, 30.0
 class Turn:
     """A fold of an image curve: a pair of images appears there, or vanishes.
 
-    point: one row; order: of the caustic that the source meets; creates: whether images appear; error: of its emission
-    time; sky_error: of its direction, radians.
+    point: one row.
+    order: order of the caustic that the source meets.
+    creates: True if two images appear.
+    error: error of its emission time, GM/c^3.
+    sky_error: error of its direction, radians.
     """
 
     point: CurvePoints
@@ -99,7 +102,7 @@ def searched(source: Source, times: Float[Array, " moments"], max_index: int) ->
 def image_curves(source: Source, moments: list[SearchedMoment], max_index: int) -> ImageCurves:
     """The images followed from moment to moment."""
     remarks = [f"the images at t = {m.time:.6g} are not certified" for m in moments if not m.certified]
-    ways = _ways(source, moments, max_index, remarks)
+    ways = _links(source, moments, max_index, remarks)
     pieces, turns = _pieces(source, ways)
     kept = [piece for piece in pieces if piece.index <= max_index]
     return ImageCurves(tuple(_branches(kept)), tuple(turns), tuple(remarks))
@@ -110,7 +113,7 @@ Key = tuple[str, int, int]
 
 @dataclass(frozen=True)
 class _Link:
-    """A walk between two images of the moments; a key names an image: at which moment, and which."""
+    """A curve between two images of the moments; a key names an image: at which moment, and which."""
 
     points: CurvePoints
     start: Key
@@ -119,7 +122,7 @@ class _Link:
 
 def _started(
     source: Source, moments: list[SearchedMoment], gaps: Int[Array, " n"], numbers: Int[Array, " n"], sense: float
-) -> list[Walk]:
+) -> list[FollowedCurve]:
     """Walks in gaps between moments, from images at their beginning, or for negative sense at their end."""
     if not len(gaps):
         return []
@@ -130,10 +133,10 @@ def _started(
     time = np.array([m.time for m in moments])
     rays = source.arrivals(sky, time[at], second)
     start = CurvePoints.at(rays, time[gaps + 1] - time[gaps], np.full(len(at), sense))
-    return walk(source, start, time[gaps], time[gaps + 1])
+    return follow(source, start, time[gaps], time[gaps + 1])
 
 
-def _ways(source: Source, moments: list[SearchedMoment], max_index: int, remarks: list[str]) -> list[_Link]:
+def _links(source: Source, moments: list[SearchedMoment], max_index: int, remarks: list[str]) -> list[_Link]:
     """All ways between the moments: forward from all images, then backward from those that were not reached."""
     ways: list[_Link] = []
     reached: set[Key] = set()
@@ -225,10 +228,10 @@ def _ordered(
     sense = np.sign(points.time[-1] - points.time[0])
     if sense < 0:
         points, keys, turns = points[::-1], (keys[1], keys[0]), (turns[1], turns[0])
-    return _BranchPart(index, _facing(points), *keys, *turns)
+    return _BranchPart(index, _oriented_in_time(points), *keys, *turns)
 
 
-def _facing(points: CurvePoints) -> CurvePoints:
+def _oriented_in_time(points: CurvePoints) -> CurvePoints:
     """The points with directions along growing time; at a fold as its neighbour has it."""
     sense = np.where(points.along_time < 0, -1.0, 1.0)
     if len(points) > 1:

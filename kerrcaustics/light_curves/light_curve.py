@@ -174,12 +174,12 @@ def _light_of_orbit(
     source, span = emission_span(camera, orbit, times, highest, size)
     moments = searched(source, search_moments(source.motion, span, searches), highest)
     curves = image_curves(source, moments, highest)
-    wanted = [_lived(branch.points.arrival, times) for branch in curves.branches]
+    wanted = [_within_life(branch.points.arrival, times) for branch in curves.branches]
     point_images = seen_images(source, list(curves.branches), [times[which] for which in wanted])
     ball = ball_shares(MovingBall(source, size, highest), curves, times, wanted, point_images) if size else None
     return body_light_curve(source, orbit, times, curves, wanted, point_images, ball, size)
 
 
-def _lived(arrival: Float[Array, " points"], times: Float[Array, " t"]) -> Array:
+def _within_life(arrival: Float[Array, " points"], times: Float[Array, " t"]) -> Array:
     """The times within the life of an image."""
     return np.flatnonzero((times > arrival[0]) & (times < arrival[-1]))

@@ -4,33 +4,36 @@ import numpy as np
 
 from kerrcaustics.images.events import Event
 from kerrcaustics.interop.row_tables import TimeTable
-from kerrcaustics.results.declared import derived, quantity, result
+from kerrcaustics.results.declared import base, derived, quantity, result
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
 
-@result("source-event/2", record="kind order moment emission_time radius theta phi sky error sky_error")
-class SourceEvent(Event):
-    """The creation, or annihilation, of two images of a point, or of the centre of a ball."""
+@base
+class LightEvent(Event):
+    """Two images of a source on an orbit appear or vanish."""
 
     camera: Viewer = quantity("", "", "the viewer", column="")
+    error: float = quantity("", "GM/c^3", "estimated error of moment")
+    sky_error: float = quantity("", "sky", "estimated error of sky; of a spot along the image of its orbit")
+
+
+@result("source-event/2", record="kind order moment emission_time radius theta phi sky error sky_error")
+class SourceEvent(LightEvent):
+    """The creation, or annihilation, of two images of a point, or of the centre of a ball."""
+
     radius: float = quantity("", "GM/c^2", "radius of the source when the light left it")
     theta: float = quantity("", "rad", "theta' of the source then", json="theta_deg")
     phi: float = quantity("", "rad", "phi' of the source then", json="phi_deg")
-    error: float = quantity("", "GM/c^3", "estimated error of moment")
-    sky_error: float = quantity("", "sky", "estimated error of sky")
 
 
 @result("spot-event/2", record="kind order crossing moment emission_time azimuth sky error sky_error")
-class SpotEvent(Event):
+class SpotEvent(LightEvent):
     """The creation, or annihilation, of two images of a spot."""
 
-    camera: Viewer = quantity("", "", "the viewer", column="")
     crossing: int = quantity("", "1", "number of the crossing of the plane, from 1")
     azimuth: float = quantity("", "rad", "azimuth of the spot when the light left it", json="azimuth_deg")
-    error: float = quantity("", "GM/c^3", "estimated error of moment")
-    sky_error: float = quantity("", "sky", "estimated error of sky, along the image of the orbit")
 
 
 @result(
@@ -83,7 +86,7 @@ class LightCurve(TimeTable):
         "time axis", "1", "mean direction N of the light, a unit vector; of an Observer the mean (alpha, beta)"
     )
     centroid_error: Array = quantity("time", "sky", "estimated error of centroid")
-    events: tuple[Event, ...] = quantity("event", "", "creations and annihilations of images, in order of time")
+    events: tuple[LightEvent, ...] = quantity("event", "", "creations and annihilations of images, in order of time")
     certified: bool = quantity(
         "",
         "1",

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kerrcaustics.light_curves.arrivals import Arrivals, Source, solved
+from kerrcaustics.light_curves.arrivals import Arrivals, Source, solutions
 from kerrcaustics.light_curves.bent_steps import bent_way, between
+from kerrcaustics.light_curves.curve_following import CurvePoints
 from kerrcaustics.light_curves.image_curves import Branch
-from kerrcaustics.light_curves.walks import CurvePoints
 from kerrcaustics.orbits.orbit import clock_rates
 from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.cubic_curves import Cubics
@@ -27,18 +27,29 @@ Array = np.ndarray
 
 # Steps to a place on a cubic, and Newton steps to the image itself.
 _HALVINGS, _STEPS = 50, 8
-# By how much a ray may miss the source, in its errors and at least, over the radius; and of a step, how far it may go
-# as a part of the way between the points beside it.
-_ERRORS, _CLOSE, _FARTHEST = 3.0, 1e-13, 0.5
+# Distance at which a ray may miss the source, in its errors.
+_ERRORS = 3.0
+# The same, at least, over the radius.
+_CLOSE = 1e-13
+# The longest step, as a part of the distance between the points on both sides.
+_FARTHEST = 0.5
 # Rounding of a frequency ratio.
 _OF_RATIO = 1e-13
 
 
 @dataclass(frozen=True)
 class SeenImages:
-    """An image at the times at which it exists, as it is seen. reached: True where the image itself was found.
+    """An image at the times at which it exists, as the viewer sees it.
 
-    sky: on the search sky; sky_error on the viewer's; second: which arrival at its sphere.
+    sky: direction on the search sky.
+    second: True if the ray arrives at the sphere for the second time.
+    emitted: emission time, GM/c^3.
+    emitted_error: its error.
+    redshift: frequency ratio, viewer over source.
+    flux: for luminosity 1.
+    error: error of flux.
+    sky_error: error of the direction on the viewer's sky.
+    reached: True where the image itself was found.
     """
 
     sky: Float[Array, "n 3"]
@@ -59,12 +70,12 @@ def seen_images(source: Source, branches: list[Branch], times: list[Float[Array,
     starts = [_on_curve(source, branch.points, time) for branch, time in zip(branches, times, strict=True)]
     sky, emitted, second, room = (np.concatenate([start[i] for start in starts]) for i in range(4))
     wanted = np.concatenate(times)
-    rays, done = _found(source, source.arrivals(sky, emitted, second), wanted, room)
+    rays, done = _solved(source, source.arrivals(sky, emitted, second), wanted, room)
     if not done.all():
         # Beside the turning point of its ray an image may be there by the other arrival.
         rest = np.flatnonzero(~done)
         second_images = source.arrivals(sky[rest], emitted[rest], ~second[rest])
-        second_images, converged = _found(source, second_images, wanted[rest], room[rest])
+        second_images, converged = _solved(source, second_images, wanted[rest], room[rest])
         sky, emitted, second = rays.sky.copy(), rays.time.copy(), rays.second.copy()
         for mine, theirs in ((sky, second_images.sky), (emitted, second_images.time), (second, second_images.second)):
             mine[rest[converged]] = theirs[converged]
@@ -72,7 +83,7 @@ def seen_images(source: Source, branches: list[Branch], times: list[Float[Array,
     parts, first = [], 0
     for branch, time in zip(branches, times, strict=True):
         rows = np.arange(first, first + len(time))
-        parts.append(_shown(rays, rows, branch, time, done[rows]))
+        parts.append(_with_errors(rays, rows, branch, time, done[rows]))
         first += len(time)
     return parts
 
@@ -120,35 +131,35 @@ def _per_radian(point: CurvePoints) -> Float[Array, " n"]:
     return 1 / np.sqrt(np.linalg.det(point.metric))
 
 
-def _found(
+def _solved(
     source: Source, rays: Arrivals, wanted: Float[Array, " n"], room: Float[Array, " n"]
 ) -> tuple[Arrivals, Bool[Array, " n"]]:
     """Rays that come to the source at arrival times, by Newton's method, and where they do."""
     done = np.zeros(len(wanted), bool)
     for _ in range(_STEPS):
-        rays, done = _closer(source, rays, wanted, room)
+        rays, done = _newton_step(source, rays, wanted, room)
         if done.all():
             break
     return rays, done
 
 
-def _closer(
+def _newton_step(
     source: Source, rays: Arrivals, wanted: Float[Array, " n"], room: Float[Array, " n"]
 ) -> tuple[Arrivals, Bool[Array, " n"]]:
     """Rays a Newton step closer to the source at arrival times, and where they have come to it before."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        late = (wanted - rays.arrival) / rays.rate
+        delay = (wanted - rays.arrival) / rays.rate
         off = lengths(rays.miss)
         timed = np.abs(wanted - rays.arrival) <= 4 * (np.asarray(rays.beams.time_error) + np.spacing(np.abs(wanted)))
         done = rays.reach & (off <= _CLOSE + _ERRORS * rays.beams.error) & timed
-        wish = -rays.miss - rays.by_time * late[:, None]
-        step = solved(rays.by_sky, wish)
+        target = -rays.miss - rays.by_time * delay[:, None]
+        step = solutions(rays.by_sky, target)
         step *= np.minimum(1, _FARTHEST * room / np.maximum(lengths(step), 1e-300))[:, None]
     still = done | ~np.isfinite(step).all(axis=1)
-    step[still], late[still] = 0.0, 0.0
+    step[still], delay[still] = 0.0, 0.0
     if done.all():
         return rays, done
-    return source.arrivals(rays.stepped(step), rays.time + late, rays.second), done
+    return source.arrivals(rays.stepped(step), rays.time + delay, rays.second), done
 
 
 def size_and_ratio(rays: Arrivals) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
@@ -160,7 +171,7 @@ def size_and_ratio(rays: Arrivals) -> tuple[Float[Array, " n"], Float[Array, " n
     return searched.still_lengths(rays.sky) * stretch, at_infinity * clock / rays.rate
 
 
-def _shown(
+def _with_errors(
     rays: Arrivals, rows: Array, branch: Branch, time: Float[Array, " n"], done: Bool[Array, " n"]
 ) -> SeenImages:
     """The values that are seen of an image, with the errors."""
@@ -172,20 +183,20 @@ def _shown(
     with np.errstate(divide="ignore", invalid="ignore"):
         magnification = size**2 / (plus * minus)
         flux = ratio**4 * magnification / (4 * math.pi * root)
-        late, off = np.asarray(beams.time_error)[rows] + later, beams.error[rows] + lengths(rays.miss[rows]) + place
+        delay, off = np.asarray(beams.time_error)[rows] + later, beams.error[rows] + lengths(rays.miss[rows]) + place
         lost = 2 * beams.diameter_error[rows] * plus / minus + off * plus / minus + off_root + 4 * _OF_RATIO
         speed = lengths(rays.by_time[rows])
         for turn in (branch.born, branch.dies):
             if turn is not None:
                 # The light goes by the root of the distance from the caustic, that is of the time from the event.
                 away = np.abs(time - turn.point.arrival[0])
-                lost = lost + (turn.error + late + off / np.maximum(speed, 1e-300) * rays.rate[rows]) / (2 * away)
+                lost = lost + (turn.error + delay + off / np.maximum(speed, 1e-300) * rays.rate[rows]) / (2 * away)
         error = (np.minimum(np.where(done, lost, 1.0), 1.0) + 4 * off_ratio) * flux
     return SeenImages(
         sky=sky,
         second=rays.second[rows],
         emitted=rays.time[rows],
-        emitted_error=late / rays.rate[rows] + np.abs(time - rays.arrival[rows]),
+        emitted_error=delay / rays.rate[rows] + np.abs(time - rays.arrival[rows]),
         redshift=ratio,
         flux=flux,
         error=error,

@@ -26,7 +26,7 @@ from kerrcaustics.lens_map.domains import Ring
 from kerrcaustics.lens_map.lens_map import LensMap
 from kerrcaustics.light_curves.results import LightCurve, SpotEvent
 from kerrcaustics.light_curves.sources import Spot
-from kerrcaustics.light_curves.spot_light import CirclingSpot, orbit_image, received, splined
+from kerrcaustics.light_curves.spot_light import CirclingSpot, orbit_image, received_light, splined_curve
 from kerrcaustics.orbits.orbit import orbit_of
 from kerrcaustics.results.progress import in_steps
 from kerrcaustics.shapes import Float
@@ -120,8 +120,8 @@ def _seen(viewer: Viewer, spot: CirclingSpot, crossing: int, clock: Float[Array,
         axes = lens_map.sky.shown(np.array([[-1.0, 0.0, 0.0]])).shape[1]
         unknown = np.full((len(clock), axes + 3), np.nan)
         return _Image((unknown, unknown), math.nan, [], arcs.remarks or ("parts of the image could not be found",))
-    curves = (splined(image, spot, step) for step in (1, 2))
-    full, half = (received(curve, spot.orbital, clock, spot.size / spot.radius) / spot.radius for curve in curves)
+    curves = (splined_curve(image, spot, step) for step in (1, 2))
+    full, half = (received_light(curve, spot.orbital, clock, spot.size / spot.radius) / spot.radius for curve in curves)
     return _Image((full, half), float(image.late_error.max()), _events(lens_map, arcs, spot), arcs.remarks)
 
 

@@ -19,10 +19,15 @@ from kerrcaustics.spacetime.shadow import even_phases
 
 Array = np.ndarray
 
-# Pieces of a curve between its points, for integrals, and deviations of the spot that are heeded.
-_PIECES, _DEVIATIONS = 16, 7
-# Points of an image are so close in phase (radians), unless that takes more lines or rounds than these.
-_LONGEST, _MOST_LINES, _ROUNDS = 0.03, 20_000, 6
+# Pieces of a curve between its points, for integrals.
+_PIECES = 16
+# Half width of the spot's profile that is integrated, in standard deviations.
+_DEVIATIONS = 7
+# Longest distance of two points of an image in phase, radians.
+_LONGEST = 0.03
+# Most lines across the image of an orbit, and most rounds of dividing.
+_MOST_LINES = 20_000
+_ROUNDS = 6
 
 
 class CirclingSpot(NamedTuple):
@@ -44,8 +49,14 @@ class CirclingSpot(NamedTuple):
 class OrbitImage(Rows):
     """Points of the image of an orbit, in the order of the edge phase.
 
-    search_sky: N there; sky: the viewer's place; late: travel time, and its error; light: g^power times the solid angle
-    for a unit of radius and a radian along the curve on the search sky.
+    edge_phase: parameter of the curve, radians.
+    search_sky: direction N on the search sky.
+    sky: place on the viewer's sky.
+    azimuth: of the point of the orbit, radians.
+    late: travel time, GM/c^3.
+    late_error: its error.
+    redshift: frequency ratio g.
+    light: g^power times solid angle, for a unit of radius and a radian along the curve on the search sky.
     """
 
     edge_phase: Float[Array, " points"]
@@ -110,7 +121,7 @@ def _parts(image: OrbitImage, orbital: float) -> Int[Array, " points"]:
     return np.clip(np.ceil(np.abs(change) / _LONGEST), 1, 8).astype(int)
 
 
-def splined(image: OrbitImage, spot: CirclingSpot, step: int) -> SplinedCurve:
+def splined_curve(image: OrbitImage, spot: CirclingSpot, step: int) -> SplinedCurve:
     """An image of the orbit by every so many of its points."""
     gained = image.azimuth[-1] - image.azimuth[0]
     winds = round((gained + np.angle(np.exp(1j * (image.azimuth[0] - image.azimuth[-1])))) / (2 * math.pi))
@@ -128,7 +139,7 @@ def splined(image: OrbitImage, spot: CirclingSpot, step: int) -> SplinedCurve:
     )
 
 
-def received(ring: SplinedCurve, orbital: float, time: Array, deviation: float) -> Float[Array, "times columns"]:
+def received_light(ring: SplinedCurve, orbital: float, time: Array, deviation: float) -> Float[Array, "times columns"]:
     """Light at some times of a spot with a Gaussian profile of unit area in azimuth; the same times the place, T and g.
 
     The curve is a chain of short pieces on which the phase is linear and the light is the same: each is integrated

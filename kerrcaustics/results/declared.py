@@ -135,6 +135,13 @@ def result(
     return declare
 
 
+@dataclass_transform(eq_default=False, frozen_default=True, field_specifiers=(quantity,))
+def base(kind: type[Kind]) -> type[Kind]:
+    """Make a class a base of results, whose quantities come first in theirs."""
+    made: Any = dataclass(frozen=True, eq=False, repr=False)(kind)
+    return made
+
+
 @cache
 def stored(kind: type) -> dict[str, Quantity]:
     """The quantities that are fields of a result, by name: the arguments of its class, and the content of files."""

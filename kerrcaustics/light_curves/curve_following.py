@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from kerrcaustics.lens_map.sky_chart import Chart
-from kerrcaustics.light_curves.arrivals import Arrivals, Source, solved
+from kerrcaustics.light_curves.arrivals import Arrivals, Source, solutions
 from kerrcaustics.light_curves.bent_steps import bent_step, bent_way, carried
 from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.rows import Rows
@@ -19,26 +19,48 @@ from kerrcaustics.spacetime.sphere import lengths, tangent_basis
 Array = np.ndarray
 Kind = TypeVar("Kind", bound=Rows)
 
-# Steps, in radians of the source's sphere: the first, the longest, the shortest, the shortest across the turning point
-# of a ray; and how many are taken at most.
-_FIRST, _LONGEST, _SHORTEST, _BEYOND, _MOST_STEPS = 0.1, 0.3, 1e-7, 0.03, 400
-# Newton steps to the curve; a correction that is longer than this part of a step, or a direction that turns by a cosine
-# below this, asks for a shorter step.
-_NEWTON, _LONG_CORRECTION, _STRAIGHT = 5, 0.3, 0.95
-# By how much a ray may miss the source, over the radius: at least, and in errors of the ray.
-_CLOSE, _ERRORS = 1e-11, 4.0
-# Of the search for a fold: its most steps, and the part of the time in the direction of the curve that is left there.
-_BISECTIONS, _LEVEL = 40, 1e-11
+# The first step, in radians of the source's sphere.
+_FIRST = 0.1
+# The longest step, radians.
+_LONGEST = 0.3
+# The shortest step, radians.
+_SHORTEST = 1e-7
+# The shortest step across the turning point of a ray, radians.
+_BEYOND = 0.03
+# The largest number of steps.
+_MOST_STEPS = 400
+# Newton steps to the curve.
+_NEWTON = 5
+# A correction longer than this part of a step requires a shorter step.
+_LONG_CORRECTION = 0.3
+# A direction that turns by a cosine below this requires a shorter step.
+_STRAIGHT = 0.95
+# Distance at which a ray may miss the source, over the radius.
+_CLOSE = 1e-11
+# The same in errors of the ray.
+_ERRORS = 4.0
+# Steps of the search for a fold.
+_BISECTIONS = 40
+# The part of the time in the direction of the curve that is left at a fold.
+_LEVEL = 1e-11
 
 
 @dataclass(frozen=True)
 class CurvePoints(Rows):
     """Points of image curves.
 
-    sky, time: direction and emission time; second: whether the ray arrives at the sphere for the second time; index:
-    Morse index; arrival: when the light arrives, and rate, its change with time; metric and moment: steps dN along
-    `tangent_basis(N)` and dt have the length |(metric dN, dt / moment)|, in radians about the source's hole; along,
-    along_time: the change of both per step of length 1 on the curve.
+    Steps dN along `tangent_basis(N)` and dt have the length |(metric dN, dt / moment)|, in radians about the hole.
+
+    sky: direction N on the search sky.
+    time: emission time, GM/c^3.
+    second: True if the ray arrives at the sphere for the second time.
+    index: Morse index.
+    arrival: time when the light arrives, GM/c^3.
+    rate: change of arrival with time.
+    metric: lengths of steps on the sky.
+    moment: the time that counts as one radian, GM/c^3.
+    along: change of sky per step of length 1 on the curve.
+    along_time: change of time per step of length 1 on the curve.
     """
 
     sky: Float[Array, "n 3"]
@@ -119,14 +141,16 @@ def _measured(
 
 
 @dataclass(frozen=True)
-class Walk:
+class FollowedCurve:
     """A path along a curve from one moment of the source, to the same or another one. landed: it reached one."""
 
     points: CurvePoints
     landed: bool
 
 
-def walk(source: Source, start: CurvePoints, low: Float[Array, " n"], high: Float[Array, " n"]) -> list[Walk]:
+def follow(
+    source: Source, start: CurvePoints, low: Float[Array, " n"], high: Float[Array, " n"]
+) -> list[FollowedCurve]:
     """Follow curves from points at the time `low` or `high`, the way they point, until they reach either again."""
     n, gap = len(start), high - low
     now = record = start
@@ -143,7 +167,7 @@ def walk(source: Source, start: CurvePoints, low: Float[Array, " n"], high: Floa
         with np.errstate(divide="ignore", invalid="ignore"):
             reach = np.where(lands, (bound - here.time) / here.along_time, h)
         trial, good = _stepped(source, here, reach, lands, here.second ^ toward_second[active], gap[active])
-        # A curve may turn back before it lands; a point beyond the bound is no part of the walk.
+        # A curve may turn back before it lands; a point beyond the bound is no part of the curve.
         good &= lands | ((trial.time > low[active]) & (trial.time < high[active]))
         taken = active[good]
         first = len(record)
@@ -162,7 +186,7 @@ def walk(source: Source, start: CurvePoints, low: Float[Array, " n"], high: Floa
         active = active[(~landed & ((step > _SHORTEST) | toward_second))[active]]
         if not len(active):
             break
-    return [Walk(record[np.array(track)], bool(landed[i])) for i, track in enumerate(tracks)]
+    return [FollowedCurve(record[np.array(track)], bool(landed[i])) for i, track in enumerate(tracks)]
 
 
 def replaced(points: Kind, which: Int[Array, " some"], replacement: Kind) -> Kind:
@@ -218,7 +242,7 @@ def _correction(
     matrix[:, :2, 2] = rays.by_time * here.moment[:, None]
     ahead = here.seen_from(rays.source.chart, rays.sky, here.metric, here.moment)
     matrix[:, 2] = np.where(lands[:, None], np.array([0.0, 0.0, 1.0]), ahead)
-    step = solved(matrix, np.concatenate([-rays.miss, np.zeros((len(lands), 1))], axis=1))
+    step = solutions(matrix, np.concatenate([-rays.miss, np.zeros((len(lands), 1))], axis=1))
     return (unit @ step[:, :2, None])[:, :, 0], step[:, 2] * here.moment
 
 
@@ -236,7 +260,7 @@ def turning_points(
         chart, first.sky, first.metric, first.moment
     )
     base, left = first, span.copy()
-    value, far = _lean(first), _lean(second) * np.sign(same.sum(axis=1))
+    value, far = _time_slope(first), _time_slope(second) * np.sign(same.sum(axis=1))
     best = first
     for _ in range(_BISECTIONS):
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -244,28 +268,28 @@ def turning_points(
         trial, good = _stepped(
             source, base, part * left, np.zeros(len(first), bool), base.second, np.full(len(first), 1e3)
         )
-        lean = _lean(trial)
+        lean = _time_slope(trial)
         before = good & (lean * value > 0)
         after = good & ~before
-        better = good & ~(np.abs(lean) > np.abs(_lean(best)))
+        better = good & ~(np.abs(lean) > np.abs(_time_slope(best)))
         best = replaced(best, np.flatnonzero(better), trial[better])
         left = np.where(before, (1 - part) * left, np.where(after, part * left, left / 2))
         far = np.where(after, lean, far)
         # Illinois: an end that stays counts half, so that both close in.
         value, far = np.where(before, lean, np.where(after, value / 2, value)), np.where(before, far / 2, far)
         base = replaced(base, np.flatnonzero(before), trial[before])
-        value = np.where(before, _lean(base), value)
-        if (np.abs(_lean(best)) < _LEVEL).all():
+        value = np.where(before, _time_slope(base), value)
+        if (np.abs(_time_slope(best)) < _LEVEL).all():
             break
     rays = source.arrivals(best.sky, best.time, best.second)
     with np.errstate(divide="ignore", invalid="ignore"):
-        bend = np.abs(_lean(second) - _lean(first)) / span
+        bend = np.abs(_time_slope(second) - _time_slope(first)) / span
         miss = rays.beams.error + rays.orbit_errors.place
-        off = (rays.beams.diameter_error + miss + np.abs(_lean(best))) / bend
+        off = (rays.beams.diameter_error + miss + np.abs(_time_slope(best))) / bend
         late = miss / lengths(rays.by_time) + off**2 * bend * best.moment
     return best, late, off * lengths(best.along)
 
 
-def _lean(points: CurvePoints) -> Float[Array, " n"]:
+def _time_slope(points: CurvePoints) -> Float[Array, " n"]:
     """The part of the time in the direction of the curve."""
     return points.along_time / points.moment
