@@ -99,7 +99,11 @@ class CriticalCurve:
 class CriticalCurves:
     """The critical curves of one map, primary first; those that could not be found are left out.
 
-    orders: the number requested; curves; beams: the number traced; engines: those that traced them.
+    map: the lens map that was searched.
+    orders: number of orders requested.
+    curves: the curves that were found.
+    beams: number of beams traced.
+    engines: names of the engines that traced them.
     """
 
     map: SearchMap

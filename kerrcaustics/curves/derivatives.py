@@ -93,10 +93,15 @@ class _CausticPoints:
 
 @dataclass(frozen=True)
 class _Curve:
-    """Cusps of a caustic; for each extreme Chebyshev nodes about it, and its place among them, -1 to 1.
+    """The features of a caustic whose derivatives are requested.
 
-    ends: extremes of phi that are ends of an open curve, on a circle in the plane; fixed: extremes that are those of
-    the surface itself; unknown: those without a derivative; remarks: about both.
+    order: order of the caustic.
+    cusps: its cusps.
+    extremes: by name, points at Chebyshev nodes about each extreme, and its place among them, -1 to 1.
+    ends: by name, extremes of phi that are ends of an open curve, on a circle in the plane.
+    fixed: names of extremes that are those of the surface itself.
+    unknown: names of extremes without a derivative.
+    remarks: remarks on these extremes.
     """
 
     order: int

@@ -43,8 +43,9 @@ _EXTREMES = {
 class Features:
     """The features of one caustic.
 
-    extremes: value and error of those that were found, by name; cusps: their points, with the error of (theta',
-    azimuth) of each, radians; lost_cusps: how many could not be traced.
+    extremes: value and error of the extremes that were found, by name.
+    cusps: points of each cusp, and the error of its (theta', azimuth), radians.
+    lost_cusps: number of cusps that could not be traced.
     """
 
     extremes: dict[str, tuple[float, float]]

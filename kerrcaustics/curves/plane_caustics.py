@@ -25,14 +25,26 @@ from kerrcaustics.spacetime.viewer import Viewer
 Array = np.ndarray
 
 _TURN = 2 * math.pi
-# Radii that are looked at: how far above the horizon they begin, where they end, and how many are tried as ends.
-_LOWEST, _HIGHEST, _RADII = 1e-3, 1e3, 256
-# Places on each line between both ends, closer to each other toward them by this factor; lines across the shadow edge.
-# Both are steps of the grid, of which every other one is looked at first.
-_PLACES, _RANGE, _LINES = 257, 1e3, 512
+# Height of the lowest circle above the horizon.
+_LOWEST = 1e-3
+# Height of the highest circle above the horizon.
+_HIGHEST = 1e3
+# Number of circles between both that are tried as ends of the grid.
+_RADII = 256
+# Places on each line between both ends, steps of the grid: every other one is traced first.
+_PLACES = 257
+# Ratio of the largest to the smallest spacing of these places, which lie closer toward both ends.
+_RANGE = 1e3
+# Lines across the shadow edge, steps of the grid: every other one is traced first.
+_LINES = 512
 # Wanted error of beams that only their index is asked of; a beam so flat may be close to others that are flat.
 _COARSE, _THIN = 1e-6, 0.1
-_NODES, _FEWEST, _WORST = 9, 8, 1e-3
+# Chebyshev nodes about an extreme.
+_NODES = 9
+# Fewest points of a curve.
+_FEWEST = 8
+# Largest error of a point of a curve, relative to its radius.
+_WORST = 1e-3
 # The extremes of a curve: a field of its points, and its sign.
 _EXTREMES = {"r_min": ("radius", -1), "r_max": ("radius", 1), "phi_min": ("azimuth", -1), "phi_max": ("azimuth", 1)}
 # A radius is that of the last circle within this part of it.
@@ -44,8 +56,12 @@ _TIGHT = {"absolute": 1e-14, "relative": 1e-14}
 class _Grid:
     """Lines across the shadow edge, each cut into parts from the lowest circle to the highest one, 0 to 1.
 
-    radii: of both circles; rims: how far from the shadow edge each line meets them, by edge phase; edge_phase of the
-    lines; part of the way; index there.
+    circles: the circles of the crossing.
+    radii: radii of the lowest and the highest circle.
+    rims: distances from the shadow edge at which a line meets both circles, as functions of its edge phase.
+    edge_phase: parameters of the lines.
+    part: places on each line, 0 to 1.
+    index: Morse index at the places.
     """
 
     circles: Circles
@@ -76,7 +92,14 @@ class _Places(Rows):
 
 @dataclass(frozen=True)
 class _Section:
-    """A curve of one order; ends: where it leaves the radii that are searched; lost: points that were not found."""
+    """A curve of one order.
+
+    order: order of the caustic.
+    points: its points, in order.
+    closed: True if the last point is followed by the first one.
+    ends: "horizon" or "infinity" at both ends of an open curve, where it leaves the radii that are searched.
+    lost: number of points that were not found.
+    """
 
     order: int
     points: Crossings

@@ -38,10 +38,15 @@ _STEP = math.radians(2.0)
 _FEWEST, _MOST = 160, 900
 # Every so many lines are searched for the rays whose conjugate points lie at the wanted radii.
 _SPARSE = 4
-# Distances from the shadow edge of the search: outside it as parts of that of the critical curve, from 1 down to a
-# hundredth of the size of the shadow; inside it as parts of the size of the shadow. Where the curve is closer to the
-# edge than that size, as it is for all orders but the first seen from afar, the curve's distance takes its place.
-_OUTSIDE, _SMALLEST, _PER_DECADE = np.append(1 - np.geomspace(1e-3, 0.1, 6), np.linspace(0.8, 0.1, 8)), 0.01, 10
+# Distances outside the shadow edge at which conjugate points are searched for, over that of the critical curve, from 1
+# downward.
+_OUTSIDE = np.append(1 - np.geomspace(1e-3, 0.1, 6), np.linspace(0.8, 0.1, 8))
+# The least distance outside, over the size of the shadow; over the curve's distance where that is smaller, as it is
+# for all orders but the first seen from afar.
+_SMALLEST = 0.01
+# Distances per decade between the last of `_OUTSIDE` and the least one.
+_PER_DECADE = 10
+# Distances inside the shadow edge, over the same size, negative.
 _INSIDE = -np.geomspace(0.01, 3, 26)
 # Places at which a ray is looked at for its conjugate points.
 _PLACES = 24

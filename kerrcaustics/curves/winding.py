@@ -33,11 +33,13 @@ _TURNS = np.array([-_TURN, 0.0, _TURN])
 
 @dataclass(frozen=True)
 class Winding:
-    """The winding of a caustic about stars, one entry for each star.
+    """The winding of a caustic about stars, one entry for each star, and the points that were added to the curve.
 
-    count: signed crossings of the meridian from the star to the north pole; on_caustic: True where the star cannot be
-    distinguished from the caustic; distance: from its nearest known point; star, points: the points that were put
-    between those of the curve, and the star for which each was added.
+    count: signed crossings of the meridian from the star to the north pole.
+    on_caustic: True where the star cannot be distinguished from the caustic.
+    distance: distance of the star from the nearest known point of the caustic, radians.
+    star: star for which each point was added.
+    points: points added between those of the curve.
     """
 
     count: Int[Array, " stars"]
@@ -57,10 +59,13 @@ class Winding:
 
 @dataclass(frozen=True)
 class _Sides(Rows):
-    """Sides of polygons, from a point of a caustic to the next one: great circles.
+    """Sides of polygons, great circles from a point of a caustic to the next one.
 
-    turned: True where the caustic turns back on the side or next to it, at a cusp; height: upper bound for how far the
-    caustic leaves the side; south: normal of the great circle, toward the south pole.
+    one: points at the starts.
+    other: points at the ends.
+    turned: True where the caustic turns back on the side or next to it, at a cusp.
+    height: upper bound for the distance of the caustic from the side, radians.
+    south: normal of the great circle, toward the south pole.
     """
 
     one: Points

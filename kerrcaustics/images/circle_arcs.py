@@ -25,18 +25,32 @@ from kerrcaustics.spacetime.shadow import even_phases
 Array = np.ndarray
 
 _TURN = 2 * math.pi
-# Places looked at first; the longest step in azimuth; parts into which a step is cut, in rounds of which the first ones
-# look around places, too, where the beam is thinnest, and where the azimuth may run a whole turn; most places.
-_PLACES, _LONGEST, _PARTS, _ROUNDS, _THIN_ROUNDS, _TURN_ROUNDS, _MOST_PLACES = 384, 0.3, 4, 7, 2, 4, 20_000
+# Places on the circle that are sampled first.
+_PLACES = 384
+# Longest step in azimuth, radians.
+_LONGEST = 0.3
+# Parts into which a step is cut.
+_PARTS = 4
+# Rounds of cutting.
+_ROUNDS = 7
+# The first rounds, in which steps beside the thinnest beams are cut too.
+_THIN_ROUNDS = 2
+# The first rounds, in which steps whose azimuth may run a whole turn are cut too.
+_TURN_ROUNDS = 4
+# Most places on the circle.
+_MOST_PLACES = 20_000
 # Steps in azimuth below so many errors have no sense.
 _ERRORS = 20.0
 # Relative to the radius, what counts as no difference from it.
 _ROUND_OFF = 1e-14
 # At a fold the beam is flat: delta_minus is no larger than this part of delta_plus.
 _FLAT = 1e-6
-# Between places of one index the beam is looked at where a parabola makes it thinner by this factor; the least that
-# differs from a flat one, in errors; a step in ln r that gives its slope.
-_THINNER, _CERTAIN, _BESIDE = 0.5, 10.0, 1e-6
+# The beam between places of one index is traced where a parabola through their ratios falls below this part of them.
+_THINNER = 0.5
+# Errors by which a ratio differs at least from that of a flat beam.
+_CERTAIN = 10.0
+# Step in ln r for the slope of the ratio.
+_BESIDE = 1e-6
 # A source so many errors from where the azimuth turns back cannot be distinguished from a caustic.
 _BLUR_ERRORS = 10.0
 _NEAREST = {"xatol": 1e-9, "xrtol": 0.0, "fatol": 0.0, "frtol": 0.0}
@@ -47,9 +61,14 @@ _TIGHT = {"absolute": 1e-15, "relative": 1e-14}
 class Arcs:
     """The image of one circle at one crossing.
 
-    low, high: the points at both ends of each arc, in the order of edge phase, each row followed by the next one and
-    the last by the first; index of each arc; folds: the points between arcs of different index, where the azimuth turns
-    back. remarks: what is uncertain, in words; empty where the arcs are the whole circle.
+    circles: the circles of the crossing.
+    radius: radius of the circle.
+    distance: distance of the image from the shadow edge, a function of edge phase; None if lines miss it.
+    low: points at the starts of the arcs, in the order of edge phase.
+    high: points at their ends, each the start of the next arc, the last one that of the first.
+    index: Morse index of each arc.
+    folds: points between arcs of different index, where the azimuth turns back.
+    remarks: remarks on what is uncertain, empty where the arcs are the whole circle.
     """
 
     circles: Circles

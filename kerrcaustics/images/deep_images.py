@@ -19,12 +19,20 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
-# Errors of images that are worth it, in radians and of the time relative to it, and the least index.
-_POOR, _LATE, _WINDING = 1e-10, 1e-11, 2
+# Error of a direction, radians, above which an image is refined.
+_POOR = 1e-10
+# Error of the time, relative to it, above which an image is refined.
+_LATE = 1e-11
+# Least Morse index of images that are refined.
+_WINDING = 2
 # Newton steps, and the half-width of the differences that stand for derivatives, in s and in ln |d|.
 _STEPS, _DIFFERENCE = 4, 1e-6
-# Rounding of n' by radian of the way, of the time relative to it, and of N.
-_OF_END, _OF_TIME, _OF_SKY = 2e-15, 1e-15, 4e-16
+# Rounding of n' by radian of the way.
+_OF_END = 2e-15
+# Rounding of the time, relative to it.
+_OF_TIME = 1e-15
+# Rounding of N, radians.
+_OF_SKY = 4e-16
 # Steps that put N back where it has the wanted d, and what they may miss it by.
 _RETURNS, _BESIDE = 3, 1e-13
 

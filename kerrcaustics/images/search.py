@@ -27,8 +27,12 @@ Array = np.ndarray
 
 # Most stars that are searched together; the cores share them.
 _CHUNK = 1 << 15
-# A star with an image missing is approached from this many others, so far away at most (radians), in so many steps.
-_APPROACHES, _FARTHEST, _WAYPOINTS = 60, 0.3, 8
+# Stars from which a star with an image missing is approached.
+_APPROACHES = 60
+# Their largest distance from it, radians.
+_FARTHEST = 0.3
+# Steps of each approach.
+_WAYPOINTS = 8
 # Newton steps from waypoint to waypoint, and how many images may be followed from one to the next for one star.
 _FEW_STEPS, _MOST_FOLLOWED = 16, 400
 # Newton steps on the plain sky from a place that is known.
@@ -43,8 +47,11 @@ _SAME, _SAME_ERRORS = 1e-9, 10.0
 class SkyImages(Rows):
     """Images, one entry each, on the sky of the camera at rest.
 
-    star: number of the star; index: Morse index; sky: direction; error: of it, radians; second_arrival: True if the ray
-    meets the star's sphere for the second time.
+    star: number of the star.
+    index: Morse index.
+    sky: direction N.
+    error: error of the direction, radians.
+    second_arrival: True if the ray meets the star's sphere for the second time.
     """
 
     star: Int[Array, " images"]
@@ -77,10 +84,14 @@ class SkyImages(Rows):
 class ImageSearch:
     """The images of stars, ordered by star, index and place, with the certificate.
 
-    counts: numbers of images; expected: the same from the caustics; on_caustic: True for a star that cannot be
-    distinguished from the caustic of that order; ring: True where that caustic is a point, so that the images next to
-    it are one ring, and not entries. coarse: steps of the grids that were coarser than the search is made for, radians,
-    by index; else 0. remarks: what else is not certain about each star. certificate: the argument behind `certified`.
+    images: the images that were found.
+    counts: numbers of images found.
+    expected: numbers of images that the caustics require.
+    on_caustic: True for a star that cannot be distinguished from the caustic of that order.
+    ring: True where that caustic is a point, so that the images next to it are one ring, and not entries.
+    coarse: by index, the step of a grid that is coarser than the search is made for, radians; 0 for others.
+    remarks: for each star, remarks on what else is not certain.
+    certificate: name of the argument behind `certified`.
     """
 
     images: SkyImages

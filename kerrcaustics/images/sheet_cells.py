@@ -18,9 +18,12 @@ Array = np.ndarray
 
 # Nodes next to a sheet's edge that are corners of cells, counted from it.
 _NEAR_EDGE = np.array([1, 2, 4, 8])
-# Circles that cover a cell's image: how much larger than its corners ask for, most of them, and how far, in parts of
-# its length, the image may bend.
-_REACH, _MOST_BALLS, _SAG = 1.25, 12, 0.05
+# Radius of circles that cover a cell's image, over the least that covers its corners.
+_REACH = 1.25
+# Most circles for a cell.
+_MOST_BALLS = 12
+# Bend of a cell's image, in parts of its length, that the circles cover.
+_SAG = 0.05
 # How far outside a cell, in parts of it, the linear model of the map may put the star, beside the margin.
 _LINEAR = 0.25
 # Circles whose radii differ by less than this factor are taken for equal: they are searched together.
@@ -65,8 +68,11 @@ class _Circles:
 class Cells:
     """The cells of all grids, flat.
 
-    sheet; edge_phase and part of two opposite corners; corners: images of all four; linear: from a direction, with a 1
-    behind it, to the place in the cell, the middle at 0, by a linear map.
+    sheet: Morse index of the sheet.
+    edge_phase: edge phases of two opposite corners, radians.
+    part: parts of the way across the sheet of these corners, 0 to 1.
+    corners: images of all four corners.
+    linear: linear map from a direction, followed by 1, to the place in the cell, whose middle is 0.
     """
 
     sheet: Int[Array, " cells"]

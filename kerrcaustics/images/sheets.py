@@ -55,8 +55,10 @@ Starts = tuple[Num[Array, "guesses ..."], ...]
 class Counted:
     """Image counts of stars by the winding of caustics, one entry for each star.
 
-    expected: number of images on each sheet; on_caustic: True where a star cannot be distinguished from that caustic;
-    distance: from the nearest known point of one; windings: by caustic.
+    expected: number of images on each sheet.
+    on_caustic: True where a star cannot be distinguished from the caustic of that order.
+    distance: distance from the nearest known point of a caustic, radians.
+    windings: winding of each caustic about the stars.
     """
 
     expected: Int[Array, "stars sheets"]

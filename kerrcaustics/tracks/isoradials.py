@@ -30,9 +30,12 @@ from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
 
-# Rounding of a direction on the search sky, radians; points of open curves miss the circle by less than the second
-# number in ln r; a step in ln r that gives slopes.
-_ROUNDING, _CLOSE, _BESIDE = 2e-16, 1e-6, 1e-6
+# Rounding of a direction on the search sky, radians.
+_ROUNDING = 2e-16
+# Largest distance of a point of an open curve from the circle, in ln r.
+_CLOSE = 1e-6
+# Step in ln r for slopes.
+_BESIDE = 1e-6
 
 
 @result(

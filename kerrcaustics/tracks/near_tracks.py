@@ -38,8 +38,10 @@ _FEW_STEPS, _SAME = 12, 1e-6
 class SeenNodes:
     """The nodes of a level curve as the camera sees them.
 
-    light; eastward: True where photons move eastward at the camera; events: which event each node is, -1 where it is
-    none; remarks: what is in doubt.
+    light: light of each node.
+    eastward: True where photons move eastward at the camera.
+    events: number of the event that each node is, -1 where it is none.
+    remarks: remarks on what is in doubt.
     """
 
     light: MeasuredLight

@@ -30,9 +30,12 @@ FARTHEST_CONTINUED = 0.1
 """The same up to which images are continued."""
 # Distances of the stars in the row beyond the caustic, by that of the last: Chebyshev's places.
 _STARS = (1.35 + 0.65 * chebyshev.chebpts1(5)) / 2
-# Length of the row at least, by the size of the caustic, and by the distance of the star from it; by what rows are
-# longer and shorter that are tried one after another.
-_REACH, _BEYOND, _LENGTHS = 0.02, 3.0, (1.0, 3.0, 9.0, 1 / 3, 1 / 9, 1 / 27)
+# Least length of the row of stars, by the size of the caustic.
+_REACH = 0.02
+# Least length of the row, by the distance of the star from the caustic.
+_BEYOND = 3.0
+# Factors of the length, tried one after another.
+_LENGTHS = (1.0, 3.0, 9.0, 1 / 3, 1 / 9, 1 / 27)
 
 
 @dataclass(frozen=True, eq=False)

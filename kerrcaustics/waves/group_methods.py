@@ -25,9 +25,12 @@ Field = tuple[Array, Array]
 _NOT_ROUND = 0.16
 # The size of a caustic by the distance of the star from its middle, at most, with which the error of two images grows.
 _MOST_BENT = 0.7
-# Errors times the frequency, in parts of the field: of a primary ring with its next phase, and of other rings and
-# folds; a frequency that is added to it, as asymptotics of long waves fail by less than that.
-_OF_PRIMARY, _OF_RING, _LONG_WAVES = 0.042, 0.06, 0.1
+# Error of a primary ring with its next phase, times the frequency, in parts of the field.
+_OF_PRIMARY = 0.042
+# Error of other rings and of folds, times the frequency, in parts of the field.
+_OF_RING = 0.06
+# Frequency added in these ratios, as asymptotics of long waves fail by less than 1 / omega.
+_LONG_WAVES = 0.1
 # The growth of the error of a ring by the square of its distance from the axis, radians, and by the inverse radius of
 # the viewer, as partial waves show it.
 _OFF_AXIS = 3.0

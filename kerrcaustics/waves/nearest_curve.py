@@ -31,16 +31,36 @@ Array = np.ndarray
 FARTHEST = 1.1
 """Farthest nearest places from the star, radians: the integral is asymptotic in that distance too."""
 
-# Lines at first, and at most; part of the largest Fourier coefficient that the last ones may have, with which the curve
-# is taken for smooth, with which it is still of use, and with which the nearest place jumps.
-_LINES, _MOST_LINES, _SMOOTH, _ROUGH, _JUMPS = 64, 1024, 1e-7, 1e-5, 1e-2
-# Lines of a curve with a gap, the change of depth from one of them to the next that is a jump, and the least rate of
-# the phase where the amplitude fades.
-_BESIDE_GAPS, _JUMP, _LEAST_RATE = 512, 0.2, 0.1
-# Steps of the secant method along a line, in depth: the first, the longest, how many, and the last.
-_FIRST, _LONGEST, _MOST_STEPS, _LAST = 1e-3, 0.3, 30, 1e-8
-# Places on each line where the nearest one is looked for, the depth of the outermost, and the error of their rays.
-_SAMPLES, _OUTERMOST, _OF_SAMPLES = 24, 0.02, 1e-8
+# Lines of a curve at first.
+_LINES = 64
+# Most lines of a curve.
+_MOST_LINES = 1024
+# The last Fourier coefficients over the largest, below which a curve is smooth.
+_SMOOTH = 1e-7
+# The same ratio below which a curve is still of use.
+_ROUGH = 1e-5
+# The same ratio above which the nearest place jumps.
+_JUMPS = 1e-2
+# Lines of a curve with a gap.
+_BESIDE_GAPS = 512
+# Change of depth from one line to the next that is a jump.
+_JUMP = 0.2
+# Least rate of the phase where the amplitude fades.
+_LEAST_RATE = 0.1
+# First step of the secant method along a line, in depth.
+_FIRST = 1e-3
+# Longest step, in depth.
+_LONGEST = 0.3
+# Most steps.
+_MOST_STEPS = 30
+# Step, in depth, below which the method has converged.
+_LAST = 1e-8
+# Samples on each line for the start of the search for the nearest place.
+_SAMPLES = 24
+# Depth of the outermost line on which samples lie, where no outer critical curve bounds them.
+_OUTERMOST = 0.02
+# Tolerance of the rays of samples, radians.
+_OF_SAMPLES = 1e-8
 # The growth of the error by the square of the farthest nearest place, radians, and by the inverse radius of the viewer,
 # as partial waves show it.
 _FAR_OFF = 6.5
@@ -187,7 +207,13 @@ class _NearestPlaces:
 
 @dataclass(frozen=True, eq=False)
 class _Here:
-    """Places on lines: directions N and their derivatives by depth; beams; n' by depth."""
+    """Places on lines, one on each.
+
+    sky: directions N.
+    deeper: derivatives of N by depth.
+    beams: beams of these directions.
+    along: derivatives of n' by depth.
+    """
 
     sky: Float[Array, "lines 3"]
     deeper: Float[Array, "lines 3"]

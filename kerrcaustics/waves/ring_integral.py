@@ -14,14 +14,20 @@ Array = np.ndarray
 
 # By the frequency.
 _NEXT_PHASE = 1 / 24
-# Nodes of the sum: per radian of phase that passes in a turn, and at least; by how much frequencies that share nodes
-# may differ.
-_PER_RADIAN, _LEAST_NODES, _ALIKE = 1.2, 40, 1.25
+# Nodes of the sum per radian of the fastest phase.
+_PER_RADIAN = 1.2
+# Nodes of the sum at zero frequency.
+_LEAST_NODES = 40
+# Largest ratio of frequencies that share nodes.
+_ALIKE = 1.25
 # Most nodes of one sum: at higher frequencies there is none.
 _MOST_NODES = 1 << 17
-# Images are on the curve if its phase is their time where it is stationary, so exactly, by so many times more lines;
-# the rate of a phase that is stationary without a turn.
-_FINELY, _SAME_TIME, _STILL = 8, 1e-3, 0.02
+# Factor of the number of lines on which stationary places of the phase are searched for.
+_FINELY = 8
+# Largest difference between the phase at a stationary place and the time of an image on the curve.
+_SAME_TIME = 1e-3
+# Rate below which a phase is stationary without a change of sign.
+_STILL = 0.02
 # Below it a phase is round-off: on an axis it is constant.
 _TINY = 1e-3
 # What is wrong with a wave by its amplitude where nothing is known of its phase.
