@@ -18,11 +18,18 @@ Array = np.ndarray
 
 # Steps to a circle along a line; every so many halve the bracket, as Newton's steps may creep.
 _MOST_STEPS, _HALVED = 90, 5
-# Largest Newton step: in the logarithm of the distance; where the bracket holds 0, in parts of it, and beside.
-_LARGEST, _PART, _BESIDE = 3.0, 0.3, 1e-3
-# A radius is that of the circle within so many errors of the beam. A place whose miss is below the second number, and
-# does not become smaller, has no more digits; nor has a bracket of the third width, radians.
-_ERRORS, _SMALL, _FINEST = 4.0, 1e-9, 5e-17
+# Largest Newton step in the logarithm of the distance.
+_LARGEST = 3.0
+# Largest Newton step where the bracket holds 0, in parts of the distance.
+_PART = 0.3
+# Length added to that part, radians.
+_BESIDE = 1e-3
+# Errors of the beam within which a radius is that of the circle.
+_ERRORS = 4.0
+# Miss below which a place has no more digits if the miss does not become smaller.
+_SMALL = 1e-9
+# Width of a bracket that has no more digits, radians.
+_FINEST = 5e-17
 # Beams with a larger ratio of their diameters are never taken as flat.
 _FLAT = 1e-10
 # Wanted error of rays that only the radius is asked of.
@@ -33,10 +40,18 @@ _COARSE = 1e-6
 class Crossings(Rows):
     """Rays that cross the plane, one entry each.
 
-    edge_phase, distance: place on the sky, a line and radians along it; sky: direction N; radius, azimuth (unwrapped
-    along the ray) of the crossing; index: Morse index; ratio: delta_minus / delta_plus, and its error; minor:
-    |delta_minus|; error: relative to the radius, or radians; slope: d ln r / d distance along the line; gradient: the
-    largest d ln r / d N.
+    edge_phase: parameter of the line on the sky.
+    distance: distance of the ray along the line, radians.
+    sky: direction N.
+    radius: radius of the crossing.
+    azimuth: azimuth of the crossing, unwrapped along the ray, radians.
+    index: Morse index.
+    ratio: delta_minus / delta_plus.
+    ratio_error: error of the ratio.
+    minor: |delta_minus|.
+    error: error of the crossing, relative to the radius, or radians.
+    slope: d ln r / d distance along the line.
+    gradient: the largest d ln r / d N.
     """
 
     edge_phase: Float[Array, " points"]

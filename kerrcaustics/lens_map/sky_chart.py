@@ -31,8 +31,11 @@ Step = tuple[Float[Array, "images 3"], Float[Array, " images"]]
 class _AboutHole(NamedTuple):
     """Directions by distance and position angle about the direction to the hole.
 
-    toward (n, 3): lines of sight along r, theta, phi; across: the part of them across r; angle; distance; size: that of
-    the shadow edge there.
+    toward: lines of sight (n, 3) along r, theta, phi.
+    across: part of the lines of sight across r.
+    angle: position angle, radians.
+    distance: distance from the direction to the hole.
+    size: distance of the shadow edge at that angle.
     """
 
     toward: Array

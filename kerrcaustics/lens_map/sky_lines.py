@@ -115,8 +115,11 @@ def _beside_hole(camera: Viewer, edge_phase: HostReals) -> _Edge:
 class Lines(Rows):
     """Great circles on the sky of a camera at rest, along which distances are radians.
 
-    edge_phase: parameter of the shadow edge, or of another set of lines; start, ahead: N at the distance 0, and the
-    tangent there; first, last: distances of both ends.
+    edge_phase: parameter of the shadow edge, or of another set of lines.
+    start: N at distance 0.
+    ahead: unit tangent at distance 0.
+    first: distance of the first end.
+    last: distance of the last end.
     """
 
     edge_phase: Float[Array, " lines"]

@@ -35,9 +35,15 @@ _Numbers = Int[Array, " images"]
 _Reals = Float[Array, " images"]
 _Directions = Float[Array, "images 3"]
 
-# Steps along a branch, in the parameter of a gap (0 to pi): the first, the longest, the shortest; by how much one grows
-# after a good one; and rounds of them, all branches at once.
-_FIRST_STEP, _LONGEST_STEP, _SHORTEST_STEP, _GROWTH = 0.2, 0.5, 1e-12, 1.5
+# First step along a branch, in the parameter of a gap (0 to pi).
+_FIRST_STEP = 0.2
+# Longest step along a branch, in the same parameter.
+_LONGEST_STEP = 0.5
+# Shortest step along a branch, in the same parameter.
+_SHORTEST_STEP = 1e-12
+# Factor by which a step grows after a good one.
+_GROWTH = 1.5
+# Most rounds of steps, all branches at once.
 _MOST_STEPS = 200
 # How close to the ends of its gap a branch is followed at first, and how often that is halved where links are in doubt.
 _REACH, _REACH_HALVINGS = 0.15, 16

@@ -18,9 +18,12 @@ Array = np.ndarray
 _Ends = Int[Array, " links"]
 _Columns = Float[Array, " columns"]
 
-# A step whose ends' rates disagree with the way between them by more than this part is not trusted. Links over a
-# boundary are asked for more, links to an event, where the rate is known at one end alone, for less.
-DOUBT, _BOUNDARY_DOUBT, _EVENT_DOUBT = 0.2, 0.05, 0.4
+DOUBT = 0.2
+"""Misfit of a step to the rates at its ends, in parts of its length, above which it is not trusted."""
+# The same misfit for links over a boundary.
+_BOUNDARY_DOUBT = 0.05
+# The same misfit for links to an event, whose rate is known at one end alone.
+_EVENT_DOUBT = 0.4
 _IMPOSSIBLE = 1e6
 # Differences below so many errors are round-off.
 _BLURS = 4.0
@@ -30,8 +33,12 @@ _BLURS = 4.0
 class Nodes(Rows):
     """Points of the level curve, arrays of one length: images of the star, and the events.
 
-    longitude: of the star; index: Morse index; sky: direction on the sky at rest; drift: its change with longitude;
-    error: of sky, radians; event: number of the event, or -1 for an image.
+    longitude: longitude of the star, radians.
+    index: Morse index.
+    sky: direction on the sky at rest.
+    drift: change of the direction with longitude.
+    error: error of the direction, radians.
+    event: number of the event, or -1 for an image.
     """
 
     longitude: Float[Array, " nodes"]

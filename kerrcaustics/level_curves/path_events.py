@@ -47,11 +47,20 @@ _BESIDE_RING, STILL = 1e-4, 1e-12
 class PathEvents:
     """Events, where images of a star meet on critical curves, in the order of longitude within one turn.
 
-    order; points: of the critical curves; longitude: in [0, 2 pi); error: of it; at_cusp; side: +1 where the pair lies
-    at larger longitude, -1 at smaller; known: True where the counts bear this out. boundary: entries of one boundary
-    are simultaneous. gap_low, gap_high: longitude of the ends of the gaps between the boundaries, gap i above boundary
-    i; and counts: images there. ring: by boundary and index, True where images are part of a ring, as the star passes a
-    caustic that is a point. second_arrival: of the rays, at a sphere within the camera's radius.
+    order: order of the critical curve.
+    points: points of the critical curves.
+    longitude: longitude of the star in [0, 2 pi).
+    error: error of the longitude, radians.
+    at_cusp: True where the star passes a cusp.
+    side: +1 where the pair lies at larger longitude, -1 at smaller.
+    known: True where the counts bear this out.
+    boundary: number of the boundary, whose events are simultaneous.
+    gap_low: longitude of the lower end of gap i, above boundary i.
+    gap_high: longitude of the upper end of gap i.
+    counts: numbers of images in the gaps.
+    ring: by boundary and index, True where images are part of a ring, as the star passes a caustic that is a point.
+    remarks: remarks on what is in doubt.
+    second_arrival: True for second arrivals, at a sphere within the camera's radius.
     """
 
     order: Int[Array, " events"]

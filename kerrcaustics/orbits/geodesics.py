@@ -90,7 +90,9 @@ class FallConstants:
 class _Pieces(NamedTuple):
     """The polynomials between the states of the integrator of order 8(5,3) (Hairer, Norsett & Wanner 1993, II.6).
 
-    width: steps of Mino time; first: states at their starts; coefficients.
+    width: steps of Mino time.
+    first: states at the starts of the steps.
+    coefficients: coefficients of the polynomials.
     """
 
     width: Float[Array, " n"]

@@ -26,9 +26,18 @@ from kerrcaustics.sweeps.scene import AXES, Scene
 
 Array = np.ndarray
 
-WAITING, DONE, FAILED = 0, 1, 2
-# States of a block.
-KEPT, OPEN, DAMAGED = "kept", "open", "damaged"
+WAITING = 0
+"""Status of a point that is not computed yet."""
+DONE = 1
+"""Status of a point that is stored."""
+FAILED = 2
+"""Status of a point whose computation failed."""
+KEPT = "kept"
+"""State of a block that is stored and intact."""
+OPEN = "open"
+"""State of a block that is to be computed."""
+DAMAGED = "damaged"
+"""State of a block that cannot be read, or is another's."""
 
 
 @dataclass(frozen=True)
