@@ -88,7 +88,7 @@ class Points(Rows):
         """The same points, with parameters that are whole turns larger."""
         return replace(self, edge_phase=self.edge_phase + 2 * np.pi * turns)
 
-    def on(self, surface: End) -> "Points":
+    def in_coordinates_of(self, surface: End) -> "Points":
         """The same points in the coordinates of a surface."""
         theta, azimuth = surface.angles(self.direction, self.azimuth)
         return replace(self, theta=theta, azimuth=azimuth)

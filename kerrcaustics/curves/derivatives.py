@@ -159,7 +159,7 @@ def caustic_derivatives(
     """
     check_viewer(camera)
     check_orders(orders)
-    search_map = SearchMap.of(camera, search_surface(camera, end), "auto")
+    search_map = SearchMap.for_viewer(camera, search_surface(camera, end), "auto")
     return tuple(_of_curve(search_map, curve) for curve in _curves_on(search_map.domain, search_map, int(orders)))
 
 

@@ -139,7 +139,7 @@ def plane_caustics(
     circles: the circles of the crossing, on many lines or few.
     """
     report("sky searched", 0.0)
-    grid, used = _searched(circles)
+    grid, used = _grid_and_circles(circles)
     curves: list[Caustic] = []
     for order in in_steps("order", range(1, orders + 1)):
         curves += [_curve(camera, surface, grid, section) for section in _sections(grid, order)] if grid else []
@@ -148,7 +148,7 @@ def plane_caustics(
 
 def section_extremes(circles: Callable[..., Circles], orders: int) -> Iterator[tuple[int, dict[str, Extreme]]]:
     """The order of each curve of order 1 to `orders`, and its extremes by name."""
-    grid, _ = _searched(circles)
+    grid, _ = _grid_and_circles(circles)
     if grid is None:
         return
     for order in range(1, orders + 1):
@@ -156,7 +156,7 @@ def section_extremes(circles: Callable[..., Circles], orders: int) -> Iterator[t
             yield order, {name: _extreme(grid, section, *what) for name, what in _EXTREMES.items()}
 
 
-def _searched(circles: Callable[..., Circles]) -> tuple[_Grid | None, list[tuple[Circles, int]]]:
+def _grid_and_circles(circles: Callable[..., Circles]) -> tuple[_Grid | None, list[tuple[Circles, int]]]:
     """The grid on few lines, or on many; the circles that were looked at, with the beams each had traced before."""
     used: list[tuple[Circles, int]] = []
     grid = None
@@ -176,7 +176,7 @@ def _grid(circles: Circles) -> _Grid | None:
     edge_phase = even_phases(circles.camera, (np.arange(_LINES) + 0.5) / _LINES)
     ends = [
         circles.on_circle(edge_phase, np.full(_LINES, radius), spline(edge_phase)).distance
-        for radius, spline in zip(whole[[0, -1]].tolist(), circles.around(whole[[0, -1]]), strict=True)
+        for radius, spline in zip(whole[[0, -1]].tolist(), circles.distances(whole[[0, -1]]), strict=True)
         if spline is not None
     ]
     # Toward the circles r and 1 / r are about linear in the distance: so both are sampled evenly in their logarithms.
@@ -195,20 +195,20 @@ def _indices(
 ) -> Int[Array, "places lines"] | None:
     """The Morse index on a grid, of which only every other line is traced where nothing changes."""
 
-    def traced(places: Array, lines: Array) -> tuple[Array, Array]:
+    def index_and_ratio(places: Array, lines: Array) -> tuple[Array, Array]:
         beams = circles.beams_at(edge_phase[lines], distance[places, lines], _COARSE)
         return np.asarray(beams.index), np.abs(beams.delta_minus / beams.delta_plus)
 
     shape = distance[::2, ::2].shape
     places, lines = (2 * np.indices(shape)).reshape(2, -1)
-    known, ratio = (values.reshape(shape) for values in traced(places, lines))
+    known, ratio = (values.reshape(shape) for values in index_and_ratio(places, lines))
     if not np.isfinite(ratio).all():
         return None
     closer = np.repeat(np.repeat(_uneven(known, ratio), 2, axis=0), 2, axis=1)[: distance.shape[0]]
     index = np.repeat(np.repeat(known, 2, axis=0), 2, axis=1)[: distance.shape[0]]
     closer[::2, ::2] = False
     places, lines = np.nonzero(closer)
-    index[places, lines], _ = traced(places, lines)
+    index[places, lines], _ = index_and_ratio(places, lines)
     return index
 
 
@@ -288,7 +288,7 @@ def _curve(camera: Viewer, surface: End, grid: _Grid, section: _Section) -> Caus
         camera=camera,
         order=section.order,
         surface=surface,
-        sky=search_sky(camera).shown(points.sky),
+        sky=search_sky(camera).to_viewer(points.sky),
         place=place,
         cusps=(),
         kind="section",
@@ -323,18 +323,20 @@ def _points(grid: _Grid, chain: Int[Array, "_ 2"], ends: tuple[str, ...]) -> Cro
 def _flat(grid: _Grid, start: _Places, stop: _Places, radius: Float[Array, " points"] | None = None) -> Crossings:
     """The points between neighbours where the beams are flat; radius, of the circles on which they are to lie."""
 
-    def at(step: Array, edge_phase: Array, width: Array, part: Array, change: Array, *radius: Array) -> Crossings:
+    def point_at(step: Array, edge_phase: Array, width: Array, part: Array, change: Array, *radius: Array) -> Crossings:
         edge_phase = (edge_phase + step * width) % _TURN
         distance = grid.distance(edge_phase, part + step * change)
         return (
-            grid.circles.on_circle(edge_phase, radius[0], distance) if radius else grid.circles.at(edge_phase, distance)
+            grid.circles.on_circle(edge_phase, radius[0], distance)
+            if radius
+            else grid.circles.crossings_at(edge_phase, distance)
         )
 
     width = (stop.edge_phase - start.edge_phase + math.pi) % _TURN - math.pi
     ends = start.edge_phase, width, start.part, stop.part - start.part, *(() if radius is None else (radius,))
     bracket = np.zeros(len(start)), np.ones(len(start))
-    root = bracketed_roots(lambda step, *e: at(step, *e).ratio, bracket, ends, **_TIGHT)
-    return at(np.where(np.isfinite(root.x), root.x, 0.5), *ends)
+    root = bracketed_roots(lambda step, *e: point_at(step, *e).ratio, bracket, ends, **_TIGHT)
+    return point_at(np.where(np.isfinite(root.x), root.x, 0.5), *ends)
 
 
 def _extreme(grid: _Grid, section: _Section, field: str, sign: int) -> Extreme:
@@ -346,7 +348,7 @@ def _extreme(grid: _Grid, section: _Section, field: str, sign: int) -> Extreme:
     if best in (0, len(points) - 1):
         return Extreme(points[best : best + 1], toward=section.ends[-1 if best else 0])
     near = points[np.clip(np.arange(best - 2, best + 3), 0, len(points) - 1)]
-    nodes = _around(grid, near)
+    nodes = _extreme_nodes(grid, near)
     if nodes is None:
         return Extreme(points[best : best + 1])
     fit = _fitted(nodes, field)
@@ -355,7 +357,7 @@ def _extreme(grid: _Grid, section: _Section, field: str, sign: int) -> Extreme:
     return Extreme(nodes, float(places[np.argmax(sign * chebyshev.chebval(places, fit))]))
 
 
-def _around(grid: _Grid, near: Crossings) -> Crossings | None:
+def _extreme_nodes(grid: _Grid, near: Crossings) -> Crossings | None:
     """Points of a curve at Chebyshev nodes of the edge phase about the middle one of five; None if some are lost."""
     edge_phase = near.edge_phase[2] + (near.edge_phase - near.edge_phase[2] + math.pi) % _TURN - math.pi
     half = np.abs(edge_phase - edge_phase[2]).max() / 2

@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from kerrcaustics.curves.critical_curves import BLUR_ERRORS, CriticalCurve, CriticalCurves, between
+from kerrcaustics.curves.critical_curves import BLUR_ERRORS, CriticalCurve, CriticalCurves, points_between
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.rows import Rows
@@ -121,7 +121,7 @@ class CausticPolygon:
     azimuths: tuple[Array, Array, Array]
 
     @classmethod
-    def of(cls, curves: CriticalCurves, curve: CriticalCurve) -> "CausticPolygon":
+    def of_curve(cls, curves: CriticalCurves, curve: CriticalCurve) -> "CausticPolygon":
         """The polygon through the points of one of the curves."""
         sides = _closed_sides(curve.points)
         first, second = sides.one.direction, sides.other.direction
@@ -194,7 +194,7 @@ class CausticPolygon:
             return np.zeros(0, bool), self._no_points
         closed = points[-3:].shifted(-1).joined(points, points[:3].shifted(1))
         edge_phase = (sides.one.edge_phase + sides.other.edge_phase) / 2
-        middles = between(self.curves.search(), {order: closed}, {order: np.unique(edge_phase)})[order]
+        middles = points_between(self.curves.search(), {order: closed}, {order: np.unique(edge_phase)})[order]
         known = np.isin(edge_phase, middles.edge_phase)
         return known, middles[np.searchsorted(middles.edge_phase, edge_phase[known])]
 

@@ -66,7 +66,7 @@ class ExplorerState:
     chart: str = "map"
 
     @classmethod
-    def of(cls, values: Mapping[str, Any]) -> Self:
+    def from_values(cls, values: Mapping[str, Any]) -> Self:
         """A state of values from outside; those left out have their defaults. Raise ValueError if one is wrong."""
         state = cls.read(values)
         state.check()
@@ -83,15 +83,15 @@ class ExplorerState:
 
     def check(self) -> None:
         """Raise ValueError unless the state is valid and quick to compute."""
-        _within("spin", self.spin, 0, MOST_SPIN)
-        _within("radius", self.radius, LEAST_RADIUS, MOST_RADIUS)
-        _within("inclination", self.inclination, 0, 180)
-        _within("theta", self.theta, 0, 180)
-        _within("phi", self.phi, -36000, 36000)
+        _check_range("spin", self.spin, 0, MOST_SPIN)
+        _check_range("radius", self.radius, LEAST_RADIUS, MOST_RADIUS)
+        _check_range("inclination", self.inclination, 0, 180)
+        _check_range("theta", self.theta, 0, 180)
+        _check_range("phi", self.phi, -36000, 36000)
         if self.size != 0:
-            _within("size", self.size, LEAST_SIZE, MOST_SIZE)
+            _check_range("size", self.size, LEAST_SIZE, MOST_SIZE)
         if self.frequency != 0:
-            _within("frequency", self.frequency, LEAST_FREQUENCY, MOST_FREQUENCY)
+            _check_range("frequency", self.frequency, LEAST_FREQUENCY, MOST_FREQUENCY)
         self.camera()
 
     def camera(self) -> Camera:
@@ -178,7 +178,7 @@ def _plain(name: str, value: Any) -> Any:
     return float(number)
 
 
-def _within(name: str, value: float, least: float, most: float) -> None:
+def _check_range(name: str, value: float, least: float, most: float) -> None:
     if not least <= value <= most:
         raise ValueError(f"Argument `{name}` must lie in [{least:g}, {most:g}], but is {value:.12g}.")
 

@@ -37,7 +37,7 @@ _OF_SKY = 4e-16
 _RETURNS, _BESIDE = 3, 1e-13
 
 
-class Deep(NamedTuple):
+class RefinedImages(NamedTuple):
     """Images that were refined: their numbers, directions N and their errors, times from the star and their errors."""
 
     which: Array
@@ -64,7 +64,7 @@ class _Ends(NamedTuple):
         return np.stack([both, both + turned], axis=-1)
 
 
-def is_deep(
+def needs_refinement(
     index: Int[Array, " images"],
     error: Float[Array, " images"],
     time: Float[Array, " images"] | None,
@@ -80,14 +80,14 @@ def is_deep(
     return poor & (index >= _WINDING)
 
 
-def deepened(
+def refined_at_shadow_edge(
     camera: Viewer,
     sky: Float[Array, "images 3"],
     error: Float[Array, " images"],
     star: Float[Array, "images 3"],
     end: Spherical,
     second_arrival: Bool[Array, " images"],
-) -> Deep:
+) -> RefinedImages:
     """Images close to the shadow edge, to round-off.
 
     Parameters: sky, directions N as the camera sees them, which is at rest; error, of them, radians; star, unit
@@ -97,7 +97,7 @@ def deepened(
     """
     refined, size, time, late, good = _DeepSearch(camera, end, sky, star, second_arrival).run()
     good &= size < error
-    return Deep(np.flatnonzero(good), refined[good], size[good], time[good], late[good])
+    return RefinedImages(np.flatnonzero(good), refined[good], size[good], time[good], late[good])
 
 
 class _DeepSearch:

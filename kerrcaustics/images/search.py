@@ -65,7 +65,7 @@ class SkyImages(Rows):
         """Images by rays that meet the surface for the first time, or the second."""
         return cls(star, index, sky, error, np.full(len(star), second))
 
-    def of(self, names: Int[Array, " stars"]) -> "SkyImages":
+    def renumbered(self, names: Int[Array, " stars"]) -> "SkyImages":
         """The same images, of stars with other numbers."""
         return replace(self, star=names[self.star])
 
@@ -115,15 +115,15 @@ def search(sheets: Sheets, star: Float[Array, "stars 3"]) -> ImageSearch:
     size = max(1, min(_CHUNK, -(-len(star) // cores())))
     chunks = [star[i : i + size] for i in range(0, len(star), size)] or [star]
     if len(chunks) == 1:
-        return _searched(sheets, chunks[0])
+        return _searched_thoroughly(sheets, chunks[0])
     with ThreadPoolExecutor(cores()) as pool:
-        return searched_together(list(pool.map(lambda chunk: _searched(sheets, chunk), chunks)))
+        return searched_together(list(pool.map(lambda chunk: _searched_thoroughly(sheets, chunk), chunks)))
 
 
 def searched_together(parts: Sequence[ImageSearch]) -> ImageSearch:
     """Searches for several groups of stars joined into one, group after group."""
     names = np.split(np.arange(sum(len(p.counts) for p in parts)), np.cumsum([len(p.counts) for p in parts[:-1]]))
-    images = [part.images.of(stars) for part, stars in zip(parts, names, strict=True)]
+    images = [part.images.renumbered(stars) for part, stars in zip(parts, names, strict=True)]
     arrays = ("counts", "expected", "on_caustic", "ring")
     return replace(
         parts[0],
@@ -134,9 +134,9 @@ def searched_together(parts: Sequence[ImageSearch]) -> ImageSearch:
     )
 
 
-def _searched(sheets: Sheets, star: Float[Array, "stars 3"]) -> ImageSearch:
+def _searched_thoroughly(sheets: Sheets, star: Float[Array, "stars 3"]) -> ImageSearch:
     """Stars whose images do not match their number are searched again, more widely; then along paths."""
-    counted = sheets.counted(star)
+    counted = sheets.expected_counts(star)
     images = _images(sheets, star, sheets.starts(star, NARROW))
     on_caustic = np.any(counted.on_caustic, axis=1)
     # Next to a caustic both counts are put to the test.
@@ -148,10 +148,10 @@ def _searched(sheets: Sheets, star: Float[Array, "stars 3"]) -> ImageSearch:
     for starts in (beside_folds, lambda which: sheets.starts(star[which], WIDE)):
         doubtful = np.flatnonzero((images.counts(counted.expected.shape) != counted.expected).any(axis=1) | delicate)
         if doubtful.size:
-            images = images.merged(_images(sheets, star[doubtful], starts(doubtful)).of(doubtful))
+            images = images.merged(_images(sheets, star[doubtful], starts(doubtful)).renumbered(doubtful))
     missing = np.argwhere((images.counts(counted.expected.shape) < counted.expected) & ~on_caustic[:, None])
     for i, k in missing.tolist():
-        images = images.merged(_approached(sheets, star[i], k, int(counted.expected[i, k])).of(np.array([i])))
+        images = images.merged(_approached(sheets, star[i], k, int(counted.expected[i, k])).renumbered(np.array([i])))
     ring = counted.on_caustic & np.array([curve.is_point for curve in sheets.curves])
     images = images[~on_rings(ring)[images.star, images.index]]
     counts = images.counts(counted.expected.shape)
@@ -168,7 +168,7 @@ def _approached(sheets: Sheets, star: Float[Array, " 3"], index: int, count: int
     # Shorter steps toward the end, where a caustic may be close.
     paths = star + np.linspace(1, 0, _WAYPOINTS)[:, None, None] ** 2 * far
     paths /= np.linalg.norm(paths, axis=-1, keepdims=True)
-    counts = sheets.counted(paths[:-1].reshape(-1, 3)).expected[:, index].reshape(_WAYPOINTS - 1, _APPROACHES)
+    counts = sheets.expected_counts(paths[:-1].reshape(-1, 3)).expected[:, index].reshape(_WAYPOINTS - 1, _APPROACHES)
     images = SkyImages.arriving(np.empty(0, int), np.empty(0, int), np.empty((0, 3)), np.empty(0))
     followed = 0
     for path in paths[:, (counts == count).all(axis=0)].swapaxes(0, 1):

@@ -41,20 +41,20 @@ class _Circles:
     cell: Int[Array, " circles"]
     radius: Float[Array, " circles"]
 
-    def around(self, star: Float[Array, "stars 3"], wider: float) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
+    def pairs(self, star: Float[Array, "stars 3"], wider: float) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
         """Pairs of a star and a circle that holds it, its radius multiplied by a factor: by all distances."""
-        square = self._beyond - 2 * star @ self.centre.T
+        square = self._square_plus_one - 2 * star @ self.centre.T
         which, circle = np.nonzero(square <= (wider * self.radius) ** 2 + _ROUND_OFF)
         return which, circle
 
-    def around_many(self, star: "KDTree", wider: float) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
+    def pairs_of_many(self, star: "KDTree", wider: float) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
         """The same by a tree of the stars, for circles of one radius."""
         reach = wider * float(self.radius[0])
         pairs = star.sparse_distance_matrix(self._tree, reach, output_type="ndarray")
         return pairs["i"], pairs["j"]
 
     @cached_property
-    def _beyond(self) -> Float[Array, " circles"]:
+    def _square_plus_one(self) -> Float[Array, " circles"]:
         return 1 + np.einsum("ni,ni->n", self.centre, self.centre)
 
     @cached_property
@@ -93,7 +93,9 @@ class Cells:
         groups = [np.flatnonzero(every.radius == one) for one in np.unique(every.radius)]
         return tuple(_Circles(every.centre[group], every.cell[group], every.radius[group]) for group in groups)
 
-    def around(self, star: Float[Array, "stars 3"], margin: float) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
+    def candidates(
+        self, star: Float[Array, "stars 3"], margin: float
+    ) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
         """Pairs of a star and a cell that it may lie in, by a linear map."""
         numbers = []
         for which, cell in self._within_circles(star, 1 + margin):
@@ -106,14 +108,14 @@ class Cells:
     def _within_circles(self, star: Float[Array, "stars 3"], wider: float) -> Iterator[tuple[Array, Array]]:
         """Pairs of a star and a cell one of whose circles holds it, its radius multiplied by a factor."""
         if len(star) * len(self.circles.cell) <= _FEW_PAIRS:
-            which, circle = self.circles.around(star, wider)
+            which, circle = self.circles.pairs(star, wider)
             yield which, self.circles.cell[circle]
             return
         from scipy.spatial import KDTree
 
         stars = KDTree(star)
         for circles in self.circles_by_size:
-            which, circle = circles.around_many(stars, wider)
+            which, circle = circles.pairs_of_many(stars, wider)
             yield which, circles.cell[circle]
 
 

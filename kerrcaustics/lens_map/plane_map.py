@@ -111,7 +111,7 @@ class PlaneMap:
 
     def points(self, lines: Lines, distance: Float[Array, " points"]) -> Crossings:
         """The rays at places on lines."""
-        return self._traced(lines, distance)[0]
+        return self._crossings_and_log_radius(lines, distance)[0]
 
     def on_circles(
         self,
@@ -132,7 +132,7 @@ class PlaneMap:
         left, best = np.arange(len(lines)), np.full(len(lines), np.inf)
         order, parts = [], []
         for step in range(_MOST_STEPS):
-            here, log_r = self._traced(lines[left], distance[left])
+            here, log_r = self._crossings_and_log_radius(lines[left], distance[left])
             beyond = log_r - log_radius[left]
             low[left], high[left] = _narrowed(low[left], high[left], distance[left], sense[left] * beyond)
             miss = np.abs(beyond)
@@ -148,7 +148,9 @@ class PlaneMap:
                 break
         return parts[0].joined(*parts[1:])[np.argsort(np.concatenate(order))]
 
-    def _traced(self, lines: Lines, distance: Float[Array, " points"]) -> tuple[Crossings, Float[Array, " points"]]:
+    def _crossings_and_log_radius(
+        self, lines: Lines, distance: Float[Array, " points"]
+    ) -> tuple[Crossings, Float[Array, " points"]]:
         """The rays at places on lines, and ln r: infinite where the ray escapes, minus infinity where it falls in."""
         sky = lines.sky(distance)
         beams = self.beams(sky)

@@ -90,11 +90,11 @@ def _from_edge(camera: Viewer, edge_phase: HostReals) -> _Edge:
     phases = np.asarray(edge_phase, float)
     if phases.size > _MOST_KEPT:
         return _beside_hole(camera, phases)
-    return _kept(camera, phases.shape, phases.tobytes())
+    return _cached_edge(camera, phases.shape, phases.tobytes())
 
 
 @lru_cache(maxsize=32)
-def _kept(camera: Viewer, shape: tuple[int, ...], phases: bytes) -> _Edge:
+def _cached_edge(camera: Viewer, shape: tuple[int, ...], phases: bytes) -> _Edge:
     parts = _beside_hole(camera, np.frombuffer(phases).reshape(shape))
     for part in parts:
         part.setflags(write=False)

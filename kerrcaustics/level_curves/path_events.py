@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from kerrcaustics.curves.critical_curves import CriticalCurve, CriticalCurves, between
+from kerrcaustics.curves.critical_curves import CriticalCurve, CriticalCurves, points_between
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.images.search import on_rings, ring_remark
 from kerrcaustics.images.sheets import Sheets
@@ -89,7 +89,7 @@ def path_events(sheets: Sheets, circle: Circle) -> PathEvents:
     curves = sheets.curves
     passed = [curve for curve in curves if curve.is_point and _near_point(curve, circle)]
     remarks = [f"{ring_remark(sheets.camera, sheets.surface, curve, 'passes')} to a camera at rest" for curve in passed]
-    wide = {curve.order: curve.around() for curve in curves if not curve.is_point}
+    wide = {curve.order: curve.over_three_turns() for curve in curves if not curve.is_point}
     added, doubts = _extremes(curves, wide, circle)
     wide = {k: _merged(points, added[k]) for k, points in wide.items()}
     order, edge_phase = _roots(curves, wide, circle)
@@ -141,7 +141,7 @@ def _extremes(
         inner = (points.edge_phase[1:-1] >= 0) & (points.edge_phase[1:-1] < _TURN)
         for i in 1 + np.flatnonzero(turned & inner):
             low, high = points.edge_phase[i - 1], points.edge_phase[i + 1]
-            traced = between(curves.search(), {k: points}, {k: (low + high) / 2 + (high - low) / 2 * nodes})[k]
+            traced = points_between(curves.search(), {k: points}, {k: (low + high) / 2 + (high - low) / 2 * nodes})[k]
             if len(traced) < _NODES:
                 remarks.append(_grazed(k))
                 continue
@@ -276,7 +276,7 @@ def _arranged(
     way = np.argsort(longitude)
     order, points, longitude, error, at_cusp = order[way], points[way], longitude[way], error[way], at_cusp[way]
     boundary, ringed, low, high = _boundaries(longitude, np.maximum(_SAME, _SAME_ERRORS * error), rings[0])
-    counted = sheets.counted(circle.place((low + high) / 2))
+    counted = sheets.expected_counts(circle.place((low + high) / 2))
     counts = counted.expected
     if counted.on_caustic.any():
         remarks = [*remarks, "some image counts are not known: a caustic runs along the star's path"]

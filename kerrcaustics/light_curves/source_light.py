@@ -104,7 +104,7 @@ def source_light_curve(
     """The result, from the images at their times."""
     searched_sky = source.searched
     kept = [k for k, which in enumerate(wanted) if len(which) or (ball is not None and ball.flux[k].any())]
-    axes = searched_sky.shown(np.array([[-1.0, 0.0, 0.0]])).shape[1]
+    axes = searched_sky.to_viewer(np.array([[-1.0, 0.0, 0.0]])).shape[1]
 
     def table(value: Callable[[SeenImages], Array], empty: float, *shape: int) -> Array:
         rows = np.full((len(kept), len(times), *shape), empty)
@@ -113,12 +113,12 @@ def source_light_curve(
         return rows
 
     shares, off = table(lambda s: s.flux, 0.0), table(lambda s: s.error, 0.0)
-    sky = table(lambda s: searched_sky.shown(s.sky), math.nan, axes)
+    sky = table(lambda s: searched_sky.to_viewer(s.sky), math.nan, axes)
     sky_error = table(lambda s: s.sky_error, math.nan)
     if ball is not None:
         shares, off = ball.flux[kept], ball.error[kept]
         there = np.isfinite(ball.sky[kept, :, 0])
-        sky[there] = searched_sky.shown(ball.sky[kept][there])
+        sky[there] = searched_sky.to_viewer(ball.sky[kept][there])
     remarks = _remarks(source, curves, point_images, ball)
     # Without any image nothing is known but that all of them are missing.
     flux = shares.sum(axis=0) if kept or not remarks else np.full(len(times), math.nan)
@@ -187,7 +187,7 @@ def _event(source: Source, turn: Turn) -> SourceEvent:
         radius=float(rays.places.radius[0]),
         theta=theta,
         phi=phi,
-        sky=searched_sky.shown(point.sky)[0],
+        sky=searched_sky.to_viewer(point.sky)[0],
         error=turn.error * float(point.rate[0]) + float((rays.beams.time_error + rays.orbit_errors.late)[0]),
         sky_error=float(searched_sky.errors(point.sky, np.array([turn.sky_error]))[0]),
     )

@@ -171,7 +171,7 @@ def _seen(viewer: Viewer, spot: CirclingSpot, crossing: int, clock: Float[Array,
     arcs = arcs_seen(viewer, crossing, spot.radius)
     image = None if arcs.distance is None else orbit_image(lens_map, arcs, spot, points)
     if image is None:
-        axes = lens_map.sky.shown(np.array([[-1.0, 0.0, 0.0]])).shape[1]
+        axes = lens_map.sky.to_viewer(np.array([[-1.0, 0.0, 0.0]])).shape[1]
         unknown = np.full((len(clock), axes + 2), np.nan)
         return _Image((unknown, unknown), math.nan, [], arcs.remarks or ("parts of the image could not be found",))
     curves = (splined(image, spot, step) for step in (1, 2))
@@ -204,7 +204,7 @@ def _mean_time(light: Float[Array, "crossings times columns"]) -> Float[Array, "
 
 def _events(lens_map: LensMap, arcs: Arcs, spot: CirclingSpot) -> list[SpotEvent]:
     """The folds of an image of the orbit, at which the azimuth turns back along it."""
-    light = lens_map.seen(arcs.low.sky)
+    light = lens_map.light_at(arcs.low.sky)
     errors = lens_map.errors(arcs.low.sky, node_errors(arcs, light.beams))[arcs.folded]
     late, late_error = light.time[arcs.folded], light.time_error[arcs.folded]
     pairs = arc_events(lens_map.viewer, arcs, lens_map.surface)

@@ -123,7 +123,7 @@ class Store:
         values["reason"] = reasons.view(np.uint8).reshape(*shape, REASON)
         digests = self._digests(block, {"status": status, **values})
         for name, array in {**values, DIGEST.name: digests, "status": status}.items():
-            self._put(name, block, array)
+            self._write(name, block, array)
 
     def failures(self) -> list[str]:
         """A line for every point that failed: its place, and the reason."""
@@ -155,7 +155,7 @@ class Store:
         # Blank chunks are written too, so that a missing chunk is a lost one.
         return self._group[name].with_config({"write_empty_chunks": True})  # pyright: ignore
 
-    def _put(self, name: str, block: Block, values: Array) -> None:
+    def _write(self, name: str, block: Block, values: Array) -> None:
         _check_in_place(self.path)
         chunk = self._chunk(name, block)
         try:

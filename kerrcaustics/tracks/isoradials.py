@@ -188,7 +188,7 @@ def _images(
     else:
         arcs = arcs_seen(viewer, surface.crossing, radius)
         remarks = arcs.remarks
-        points = None if arcs.distance is None else arcs.at(edge_phase)
+        points = None if arcs.distance is None else arcs.points_at(edge_phase)
         if points is not None and (points.index >= 0).all():
             return [_curve(viewer, surface, radius, points, closed=True, time=time)], remarks
     rows, lost = _open_rows(viewer, surface, radius, edge_phase)
@@ -221,7 +221,7 @@ def _curve(
     viewer: Viewer, surface: EquatorialPlane, radius: float, points: Crossings, *, closed: bool, time: bool
 ) -> Isoradial:
     lens_map = LensMap(viewer, surface)
-    seen = lens_map.seen(points.sky)
+    seen = lens_map.light_at(points.sky)
     # What is seen there comes from rays of its own: places on the viewer's sky are rounded.
     own = np.abs(np.log(seen.beams.radius / radius)) + seen.beams.error
     residual = np.fmax(points.miss(radius) + points.error, own)

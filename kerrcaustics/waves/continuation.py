@@ -65,7 +65,7 @@ class ContinuedRing:
         self, omega: Float[Array, " frequencies"], share: Float[Array, " frequencies"]
     ) -> tuple[Complex[Array, " frequencies"], Float[Array, " frequencies"]]:
         """The field and its error; share: that of a uniform field by its size."""
-        (value, size), (fewer, _) = (self._together(omega, row) for row in self.parameters)
+        (value, size), (fewer, _) = (self._uniform_field(omega, row) for row in self.parameters)
         one, other = (rest.field(omega) for rest in self.rest)
         meeting = self.ring[: _MEETING[self.method]]
         more, unsure = field_in_pairs(
@@ -74,7 +74,7 @@ class ContinuedRing:
         error = share * np.maximum(size, np.abs(value)) + np.abs(value + one - fewer - other) + meeting.error(omega)
         return value + more, error + unsure
 
-    def _together(
+    def _uniform_field(
         self, omega: Float[Array, " frequencies"], parameters: Float[Array, " parameters"]
     ) -> tuple[Complex[Array, " frequencies"], Float[Array, " frequencies"]]:
         if self.method == "fold":
@@ -150,7 +150,7 @@ def _side(sheets: Sheets, order: int, places: Float[Array, "4 stars 3"]) -> tupl
     places: stars in rows along the caustic and across it, to both sides of each. Beside a fold the rows across differ,
     beside a cusp the row along that lies within it has more images than those across.
     """
-    counted = sheets.counted(places.reshape(-1, 3))
+    counted = sheets.expected_counts(places.reshape(-1, 3))
     count = counted.expected[:, order - 1 : order + 1].reshape(4, places.shape[1], -1)
     steady = (count == count[:, :1]).all(axis=(1, 2)) & ~counted.on_caustic[:, order - 1].reshape(4, -1).any(axis=1)
     number = count[:, 0].sum(axis=1)

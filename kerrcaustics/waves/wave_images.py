@@ -61,7 +61,7 @@ def wave_images(source: WaveSource, images: StarImages) -> WaveImages:
     """The waves of the images of a source."""
     viewer, sky = images.camera, search_sky(images.camera)
     camera, end = sky.search_camera, source.surface
-    places = sky.searched(images.sky)
+    places = sky.to_search(images.sky)
     beams = beams_of_directions(
         camera, places, "auto", TOLERANCE, end=end, time=False, index=False, crossings=False, constants=True
     )
