@@ -12,12 +12,12 @@ def attached(module: str, file: str) -> tuple[Callable[[str], Any], Callable[[],
     """`__getattr__`, `__dir__` and `__all__` of a module, by the stub file beside its own file."""
     load, listed, names = lazy_loader.attach_stub("kerrcaustics", file)
 
-    def found(name: str) -> Any:
+    def attribute(name: str) -> Any:
         if name not in names:
             raise unknown_attribute(f"Module {module}", name, names)
         return load(name)
 
-    return found, listed, names
+    return attribute, listed, names
 
 
 def unknown_attribute(owner: str, name: str, names: list[str]) -> AttributeError:

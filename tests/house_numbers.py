@@ -16,12 +16,15 @@ ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "kerrcaustics"
 SURFACES = {"CelestialSphere", "Sphere", "EquatorialPlane", "Spherical", "Spheres"}
 DOMAINS = {"OneLeaf", "TwoLeaves", "Ring"}
-# Words that are participles or particles: names of functions that are none of the field's nouns, and no verb.
+# One word that is a preposition, an adverb, a quantifier or a bare participle of a vague verb: no name of a function,
+# unless it returns a flag.
 PARTICLES = re.compile(
     r"_?(at|of|on|in|to|by|from|with|for|about|around|near|between|beside|before|after|into|beyond|within|across|along"
-    r"|whole|together|apart|again|here|there|alone|once|every|all|both|same|like"
-    r"|\w*(ed|lt|ught|ound|own|oken|awn|een|one|ade|aid|ept|eft|un|ought|orn|ut|osen|ead))"
+    r"|ahead|whole|together|apart|again|here|there|alone|once|every|all|both|none|one|same|like|left"
+    r"|turned|seen|told|found|asked|shown|known|given|brought|taken|made|done|said|looked|held|kept|gone|wanted|called"
+    r"|put|lit|begun|chosen|judged|touched|crossed|lived|searched|counted|traced|measured|followed)"
 )
+FLAGS = re.compile(r"bool|Bool\[|Flags")
 
 
 class Module(NamedTuple):
@@ -89,12 +92,12 @@ def is_record(node: ast.ClassDef) -> bool:
 
 
 def packed_records(module: Module) -> list[str]:
-    """Records that describe four or more fields in one sentence."""
+    """Records that describe several fields in one sentence; sections in NumPy form have an entry for each."""
     found = []
     for node in ast.walk(module.tree):
         if isinstance(node, ast.ClassDef) and is_record(node):
-            text = ast.get_docstring(node) or ""
-            if any(part.count(";") >= 2 for part in text.split("\n\n")):
+            parts = (ast.get_docstring(node) or "").split("\n\n")
+            if any(part.count(";") >= 2 for part in parts if not re.match(r"\w+\n-{3,}\n", part)):
                 found.append(f"{module.path}: {node.name}")
     return found
 
@@ -112,15 +115,16 @@ def constant_tuples(module: Module) -> list[str]:
 
 
 def functions_of(module: Module) -> Iterator[ast.FunctionDef]:
-    """All functions and methods that are no properties."""
+    """All functions and methods."""
     for node in ast.walk(module.tree):
         if isinstance(node, ast.FunctionDef):
             yield node
 
 
 def particle_names(module: Module) -> list[str]:
-    """Functions that are named by a particle or a participle alone."""
-    return [f"{module.path}: {f.name}" for f in functions_of(module) if PARTICLES.fullmatch(f.name)]
+    """Functions that are named by a particle or a participle alone, but for those that return flags."""
+    named = [function for function in functions_of(module) if PARTICLES.fullmatch(function.name)]
+    return [f"{module.path}: {f.name}" for f in named if not (f.returns and FLAGS.match(ast.unparse(f.returns)))]
 
 
 def shared_class_names(every: list[Module]) -> list[str]:

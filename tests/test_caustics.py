@@ -12,7 +12,7 @@ from marks import few
 
 import kerrcaustics as kc
 from kerrcaustics.curves import features
-from kerrcaustics.curves.critical_curves import between, critical_curves
+from kerrcaustics.curves.critical_curves import critical_curves, points_between
 from kerrcaustics.curves.critical_points import Search
 from kerrcaustics.spacetime.sphere import angle_between, from_angles, tangent_basis
 
@@ -253,10 +253,10 @@ def test_a_cusp_or_an_extreme_that_cannot_be_traced_is_reported(monkeypatch):
     """Lose all points between those of the secondary caustic: no silent answer from the coarse ones."""
 
     def lost(search, curves, turns):
-        found = between(search, curves, turns)
+        found = points_between(search, curves, turns)
         return {k: points[:0] if k == 2 else points for k, points in found.items()}
 
-    monkeypatch.setattr(features, "between", lost)
+    monkeypatch.setattr(features, "points_between", lost)
     primary, secondary = kc.caustics(kc.Camera(0.999, 6.03), 2)
     assert primary.kind == "astroid" and not primary.remarks
     assert secondary.kind == "unresolved" and "cusps could not be traced" in secondary.remarks[-1]

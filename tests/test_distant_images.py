@@ -51,7 +51,7 @@ def test_lengths_are_those_of_the_screen():
     apart = 2 * np.arcsin(np.linalg.norm(beside - sky, axis=1) / 2)
     # A difference of first order, on a step of a thousandth.
     np.testing.assert_allclose(search_sky(lens).lengths(sky) * apart, step * np.linalg.norm(places, axis=1), rtol=2e-3)
-    seen = [search_sky(far).shown(one) for one in (sky, beside)]
+    seen = [search_sky(far).to_viewer(one) for one in (sky, beside)]
     np.testing.assert_allclose(
         search_sky(far).lengths(sky) * apart, np.linalg.norm(seen[1] - seen[0], axis=1), rtol=2e-3
     )

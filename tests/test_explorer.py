@@ -45,7 +45,9 @@ def asked(want="star", **changes):
 @pytest.mark.parametrize("state", PRESETS.values(), ids=PRESETS)
 def test_addresses_bring_states_back(state):
     texts = dict(parse_qsl(state.address(), strict_parsing=True))
-    assert ExplorerState.of({name: type(value)(texts[name]) for name, value in state.record().items()}) == state
+    assert (
+        ExplorerState.from_values({name: type(value)(texts[name]) for name, value in state.record().items()}) == state
+    )
 
 
 @pytest.mark.parametrize(
@@ -70,7 +72,7 @@ def test_addresses_bring_states_back(state):
 )
 def test_states_that_cannot_be_are_refused(values, complaint):
     with pytest.raises(ValueError, match=complaint):
-        ExplorerState.of(values)
+        ExplorerState.from_values(values)
 
 
 @pytest.mark.parametrize(
@@ -122,7 +124,7 @@ def test_shapes_are_those_of_the_package_and_of_commands(capsys):
     from command_line import run
 
     record, arrays = read(answer(*question(asked("shapes", size=2.0))).encoded())
-    state = ExplorerState.of(record["state"])
+    state = ExplorerState.from_values(record["state"])
     seen = kc.magnification(state.camera(), state.star(), math.radians(2), max_index=1)
     assert (record["total"], record["error"], record["certified"]) == (seen.total, seen.error, True)
     assert record["per_index"] == list(seen.per_index.values()) and len(arrays) == len(seen.images)
@@ -144,7 +146,7 @@ def test_waves_are_those_of_the_package_and_of_commands(capsys):
 
     assert LEAST_FREQUENCY == amplification.LEAST_FREQUENCY
     record, arrays = read(answer(*question(asked("waves", frequency=3.0))).encoded())
-    state = ExplorerState.of(record["state"])
+    state = ExplorerState.from_values(record["state"])
     seen = kc.amplification(state.camera(), state.star(), 3.0, max_index=1)
     assert (record["modulus"], record["error"]) == pytest.approx((abs(seen.value[0]), seen.error[0]), rel=1e-9)
     omega, modulus, error = arrays["spectrum"].T
@@ -226,11 +228,11 @@ def test_cameras_that_cannot_be_are_moved_to_the_nearest():
     # What is allowed can be asked for, and what lies beyond is refused.
     for name, (low, high) in ((name, limits[name]) for name in ("spin", "radius", "inclination", "theta")):
         for value in (low, high):
-            ExplorerState.of({"velocity": "fiducial", name: value})
+            ExplorerState.from_values({"velocity": "fiducial", name: value})
         with pytest.raises(ValueError, match=f"`{name}` must"):
-            ExplorerState.of({"velocity": "fiducial", "spin": 0.0, name: 1.001 * high})
+            ExplorerState.from_values({"velocity": "fiducial", "spin": 0.0, name: 1.001 * high})
     with pytest.raises(ValueError, match="`radius` must be larger than the horizon"):
-        ExplorerState.of({"velocity": "fiducial", "spin": 0.0, "radius": 2.0})
+        ExplorerState.from_values({"velocity": "fiducial", "spin": 0.0, "radius": 2.0})
 
 
 def test_what_cannot_be_answered_is_refused_by_its_number():

@@ -71,7 +71,7 @@ def test_session(page, address):
     counts = page.evaluate("explorer.counts()")
     assert counts[1] == 2 and page.evaluate("explorer.certified()")
     now = page.evaluate("explorer.state()")
-    images = kc.star_images(ExplorerState.of(now).camera(), ExplorerState.of(now).star(), 1)
+    images = kc.star_images(ExplorerState.from_values(now).camera(), ExplorerState.from_values(now).star(), 1)
     assert counts == list(images.per_index.values())
     assert page.evaluate("explorer.images().map((i) => i.magnification)") == images.magnification.tolist()
 
@@ -98,7 +98,10 @@ def test_session(page, address):
     page.goto(link)
     settled(page)
     again = page.evaluate("[explorer.counts(), explorer.state()]")
-    assert again[0] == counts and ExplorerState.of(again[1]).address() == ExplorerState.of(here).address()
+    assert (
+        again[0] == counts
+        and ExplorerState.from_values(again[1]).address() == ExplorerState.from_values(here).address()
+    )
 
 
 @pytest.mark.slow
@@ -110,7 +113,7 @@ def test_a_star_of_finite_size_has_images_with_shapes(page, address):
     settled(page)
     light, state = page.evaluate("[explorer.light(), explorer.state()]")
     assert state["size"] == 1 and light["certified"] and light["limbs"] == 2
-    seen = kc.magnification(kc.Camera(0.5, 6.03), ExplorerState.of(state).star(), math.radians(1), max_index=1)
+    seen = kc.magnification(kc.Camera(0.5, 6.03), ExplorerState.from_values(state).star(), math.radians(1), max_index=1)
     assert light["total"] == pytest.approx(seen.total, rel=1e-12)
     assert "The star as a disc: magnification" in page.inner_text(".kc-said")
     page.keyboard.press("ArrowRight")
@@ -127,7 +130,9 @@ def test_waves_of_a_star_are_a_layer(page, address):
     page.get_by_label("Frequency ωM", exact=True).fill("0.5")
     settled(page)
     waves, state = page.evaluate("[explorer.waves(), explorer.state()]")
-    seen = kc.amplification(kc.Camera(0.5, 6.03), ExplorerState.of(state).star(), state["frequency"], max_index=1)
+    seen = kc.amplification(
+        kc.Camera(0.5, 6.03), ExplorerState.from_values(state).star(), state["frequency"], max_index=1
+    )
     assert state["frequency"] == 3.16 and waves["points"] == 400
     assert waves["modulus"] == pytest.approx(abs(seen.value[0]), rel=1e-9)
     assert "Its waves at ωM = 3.16" in page.inner_text(".kc-said")
@@ -190,7 +195,7 @@ def test_page_without_a_program(chromium, tmp_path):
     drag_star(page, 89, 250, 5)
     state, counts = page.evaluate("[explorer.state(), explorer.counts()]")
     assert state["theta"] == 90 and counts == [1, 2]
-    images = kc.star_images(ExplorerState.of(state).camera(), ExplorerState.of(state).star(), 1)
+    images = kc.star_images(ExplorerState.from_values(state).camera(), ExplorerState.from_values(state).star(), 1)
     assert counts == list(images.per_index.values())
     page.keyboard.press("Space")
     until(page, "explorer.playing() && explorer.orbit() !== null")
@@ -274,7 +279,7 @@ def test_the_quiz_hides_images_until_an_answer(page, address):
     page.get_by_role("button", name="A quiz: how many images?").click()
     until(page, "explorer.kept() !== null")
     hidden, state = page.evaluate("[explorer.kept(), explorer.state()]")
-    images = kc.star_images(ExplorerState.of(state).camera(), ExplorerState.of(state).star(), 1)
+    images = kc.star_images(ExplorerState.from_values(state).camera(), ExplorerState.from_values(state).star(), 1)
     assert hidden == list(images.per_index.values()) and images.certified
     assert page.evaluate("explorer.images()") == [] and "certified" not in page.inner_text("header")
     page.get_by_role("spinbutton", name="How many images").fill(str(sum(hidden)))

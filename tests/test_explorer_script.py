@@ -21,7 +21,7 @@ def test_every_part_is_joined_and_short():
 @pytest.mark.parametrize("state", PRESETS.values(), ids=PRESETS)
 def test_addresses_are_read_and_written_as_the_program_does(state):
     read, written = evaluated(f"const s = stateOf('#{state.address()}'); return [s, fragmentOf(s)];")
-    assert ExplorerState.of(read) == state
+    assert ExplorerState.from_values(read) == state
     assert dict(parse_qsl(written)) == dict(parse_qsl(state.address()))
 
 

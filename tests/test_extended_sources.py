@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 
 import kerrcaustics as kc
-from kerrcaustics.curves.critical_curves import between
+from kerrcaustics.curves.critical_curves import points_between
 from kerrcaustics.images.sheets import sheets_of
 from kerrcaustics.scripts import STUDIES
 from kerrcaustics.spacetime.frame import line_of_sight_from_sky, sky_from_line_of_sight
@@ -35,9 +35,9 @@ def fold(camera, order, phase, max_index=2):
     """A point of a caustic between two that are stored, and the normal toward more images."""
     sheets = sheets_of(camera, max_index)
     curve = sheets.curves.curves[order - 1]
-    point = between(sheets.curves.search(), {order: curve.around()}, {order: np.array([phase])})[order]
+    point = points_between(sheets.curves.search(), {order: curve.over_three_turns()}, {order: np.array([phase])})[order]
     normal = np.cross(point.direction, point.major)
-    counts = [sheets.counted(moved(point.direction, side * 1e-4 * normal)).expected.sum() for side in (1, -1)]
+    counts = [sheets.expected_counts(moved(point.direction, side * 1e-4 * normal)).expected.sum() for side in (1, -1)]
     return point.direction[0], normal[0] * (1 if counts[0] > counts[1] else -1)
 
 

@@ -163,8 +163,8 @@ def timed_film(tmp_path, monkeypatch, seconds, frames, workers=1, late=2):
     estimate = TimeLeft(workers)
 
     def report(_what, part):
-        estimate.done(clock.now, part)
-        reports.append((clock.now, estimate.left(clock.now)))
+        estimate.note(clock.now, part)
+        reports.append((clock.now, estimate.seconds_left(clock.now)))
 
     film = Film("still", {}, frames, 25, draw)
     options = {"workers": workers} if workers > 1 else {}

@@ -122,7 +122,7 @@ def fold_crossings(camera: kc.Camera, count: int, seed: int) -> None:
     for distance, find in ((1e-8, False), (1e-4, True), (1e-10, True)):
         sides = np.concatenate([place + sign * distance * across for sign in (-1, 1)])
         sides /= np.linalg.norm(sides, axis=1, keepdims=True)
-        counts, sure = sheets.counted(sides).expected, np.ones(len(sides), bool)
+        counts, sure = sheets.expected_counts(sides).expected, np.ones(len(sides), bool)
         if find:
             found = search(sheets, sides)
             counts, sure = found.counts, found.certified

@@ -138,9 +138,11 @@ def engines_used(error: np.ndarray, closed_form: np.ndarray) -> tuple[Engine, ..
 class Ellipse(NamedTuple):
     """The ellipses that beams, ellipses at the camera, have become. Arrays of one shape.
 
-    delta_plus, delta_minus: the major diameter, and the minor one with the sign of det J; position_angle, of the major
-    axis, in (-pi/2, pi/2], as that of the beams; error, of both diameters; angle_error, of the position angle in
-    radians, pi / 2 where the ellipse is a circle.
+    delta_plus: major diameter.
+    delta_minus: minor diameter, with the sign of det J.
+    position_angle: position angle of the major axis, in (-pi/2, pi/2], as that of the beams.
+    error: error of both diameters.
+    angle_error: error of the position angle, radians, pi / 2 where the ellipse is a circle.
     """
 
     delta_plus: np.ndarray

@@ -28,9 +28,12 @@ from kerrcaustics.spacetime.frame import Frame, Photon
 _MOST_ARC, _MOST_STEPS = 60.0, 300
 # A captured ray ends a little above the horizon, where the azimuth is infinite; closer if the camera is close.
 _ABOVE_HORIZON = 0.01
-# Part of the summed local errors that is left in the better of the two orders, and round-off of N in a beam and, as it
-# enters through the angular momentum, in its area: see integrator/landing.py.
-_STEP_GAIN, _ROUND_OFF, _IN_AREA = 0.02, 3e-15, 4e-15
+# Part of the summed local errors that is left in the better of the two orders: see integrator/landing.py.
+_STEP_GAIN = 0.02
+# Round-off of N as it enters a beam: see the same.
+_ROUND_OFF = 3e-15
+# Round-off of N as it enters the area of a beam through the angular momentum.
+_IN_AREA = 4e-15
 
 
 def departing(

@@ -26,9 +26,14 @@ from kerrcaustics.spacetime.arrays import Components, Reals
 from kerrcaustics.spacetime.frame import Frame
 from kerrcaustics.spacetime.observer import SCREEN, sphere_parts
 
-# Steps per time to the pole of psi, at least; steps in all, for rays that round-off keeps on their way for ever; steps
-# onto the surface, at infinity, where each leaves the cube of the rest, and elsewhere.
-_TO_HORIZON, _MOST_STEPS, _LANDINGS, _FINITE_LANDINGS = 2, 2000, 2, 3
+# Least number of steps per time to the pole of psi.
+_TO_HORIZON = 2
+# Most steps in all: round-off keeps some rays on their way for ever.
+_MOST_STEPS = 2000
+# Steps onto a surface at infinity, where each leaves the cube of the rest.
+_LANDINGS = 2
+# Steps onto a finite surface.
+_FINITE_LANDINGS = 3
 # Of one ray: the viewer's spin, radius, inclination, and N, or (alpha, beta) of an observer.
 Arguments = Float[Array, "numbers"]
 _Function = Callable[[Arguments, Any], Array]

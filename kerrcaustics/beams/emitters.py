@@ -13,7 +13,12 @@ from kerrcaustics.spacetime.arrays import Flags, Reals
 
 
 class Motion(NamedTuple):
-    """The motion of an emitter: dphi / dt; (dtau / dt)^2, not positive if nothing can move that way; dr / dt."""
+    """The motion of an emitter.
+
+    orbital: dphi / dt.
+    slowness: (dtau / dt)^2, not positive if nothing can move that way.
+    radial: dr / dt.
+    """
 
     orbital: Reals
     slowness: Reals

@@ -14,8 +14,12 @@ from kerrcaustics.spacetime.arrays import Reals
 from kerrcaustics.spacetime.checks import apart, numbers, one_of, quoted, real_number, whole_number
 from kerrcaustics.spacetime.viewer import Viewer
 
-# Radii of a map of the plane: from so many horizon radii to so many camera radii, and the largest.
-_LOWEST, _HIGHEST, _FROM_AFAR = 1.05, 2.0, 100.0
+# Least radius of a map of the plane, in horizon radii.
+_LOWEST = 1.05
+# Largest radius of the map, in radii of the camera.
+_HIGHEST = 2.0
+# Largest radius of the map wherever the camera is, in M.
+_FROM_AFAR = 100.0
 MOST_CROSSINGS = 1_000_000
 """Largest number of a crossing."""
 

@@ -16,9 +16,12 @@ from kerrcaustics.spacetime.sphere import polar_basis, polar_turn
 Array = np.ndarray
 Vector = tuple[Reals, Reals, Reals]
 
-# Round-off of the separation across a ray, relative to its terms; the part of it that grows as r^2 / Delta; the effect
-# of errors of the place, which wind up close to the shadow edge.
-_ROUND_OFF, _AT_HORIZON, _OF_PLACE = 2e-14, 0.5, 4.0
+# Round-off of the separation across a ray, relative to its terms.
+_ROUND_OFF = 2e-14
+# Growth of that round-off with r^2 / Delta.
+_AT_HORIZON = 0.5
+# Error of the separation per error of the place, which winds up close to the shadow edge.
+_OF_PLACE = 4.0
 # Between two norms of matrices.
 _HALF = 0.5**0.5
 

@@ -13,8 +13,10 @@ from kerrcaustics.beams.beam import Status
 class Wanted:
     """Quantities to compute beside n': the kernel holds no others.
 
-    beams, the first variation of the end; index, of a beam, the number of conjugate points; crossings of the equatorial
-    plane; time, the coordinate time.
+    beams: the first variation of the end.
+    index: number of conjugate points of a beam.
+    crossings: number of crossings of the equatorial plane.
+    time: coordinate time.
     """
 
     beams: bool = False
@@ -33,14 +35,32 @@ _UNUSED = {"noise", "time_noise"}
 
 @dataclass(frozen=True, kw_only=True)
 class RayEnd(Generic[A]):
-    """Rays at their ends, as `Rays` and `Beams` have them. Quantities not requested are None.
+    """Rays at their ends, as `Rays` and `Beams` have them.
 
-    So are radius and outward of ends at infinity, until the rays are finished. The redshift is that of a source at rest
-    at infinity.
+    Quantities not requested are None, as are radius and outward of ends at infinity until the rays are finished. Rays
+    that do not reach their end hold NaN. Arrays of JAX where the formulas are traced, elsewhere of NumPy, writable.
 
-    status: `Status` values but INACCURATE, which the tolerance decides; noise and time_noise, the parts of the two
-    errors that are round-off; closed_form: the ray is in closed form, and its formulas hold. Rays that do not
-    reach their end hold NaN. Arrays of JAX where the formulas are traced; of NumPy, which can be written to, elsewhere.
+    direction: n'.
+    azimuth: azimuth, unwrapped, radians.
+    azimuth_error: error of the azimuth, radians.
+    status: `Status` values but INACCURATE, which the tolerance decides.
+    status_certain: True if rounding does not decide the status.
+    error: error of the direction, radians.
+    noise: part of that error that is round-off.
+    closed_form: True if the ray is in closed form, and its formulas hold.
+    redshift: redshift of a source at rest at infinity.
+    radius: radius of the end.
+    outward: True if the ray ends with growing radius.
+    time: coordinate time.
+    time_error: error of the time.
+    time_noise: part of that error that is round-off.
+    jacobian: Jacobian of the beam.
+    jacobian_error: error of the Jacobian.
+    diameter_error: error of the beam's diameters.
+    index: number of conjugate points.
+    index_certain: True if rounding does not decide the index.
+    crossings: number of crossings of the equatorial plane.
+    crossings_certain: True if rounding does not decide that number.
     """
 
     direction: A

@@ -46,10 +46,14 @@ class Constants(NamedTuple):
 class Aim(NamedTuple):
     """The aim of a ray, by roots and elliptic integrals alone.
 
-    captured: followed on, it falls in; lost: it does not reach its end; mino_time to the end, 0 if lost; rising: it
-    arrives with growing radius (for spheres); plane_rate, |z'| in the equatorial plane (if that is the end);
-    conditioning, the factor by which it magnifies round-off in N: deep in the field the energy at infinity is a small
-    difference of large numbers; certain: double precision determines the first two.
+    captured: True if the ray, followed on, falls in.
+    lost: True if it does not reach its end.
+    mino_time: Mino time to the end, 0 if lost.
+    conditioning: factor by which it magnifies round-off in N, as deep in the field the energy at infinity is a small
+        difference of large numbers.
+    certain: True if double precision determines the first two.
+    rising: True if it arrives with growing radius, at spheres.
+    plane_rate: |z'| in the equatorial plane, if that is the end.
     """
 
     captured: Flags
@@ -76,7 +80,13 @@ class Arriving(NamedTuple):
 
 
 class BundleState(NamedTuple):
-    """A bundle of rays at one time: rays, two variations and clocks; the azimuth of m; summed errors of the steps."""
+    """A bundle of rays at one time.
+
+    paths: rays, two variations and clocks.
+    azimuth: azimuth of m, unwrapped, radians.
+    local_error: summed errors of the steps.
+    clock_error: summed errors of the steps of the clock.
+    """
 
     paths: tuple[Path, ...]
     azimuth: Reals
@@ -87,9 +97,15 @@ class BundleState(NamedTuple):
 class Bundle(NamedTuple):
     """Constants along a bundle of rays.
 
-    begin_time, end_time, of Mino, where places begin and end, the latter NaN for rays that are not followed; end_u, 1 /
-    r of rays that do not reach their end where they are left; lost: the end is not reached; captured; opening, the
-    rate in Mino time at which the beam opens at the viewer; first, the rays there.
+    constants: constants of the rays.
+    variations: their two variations.
+    begin_time: Mino time at which places begin.
+    end_time: Mino time at which places end, NaN for rays that are not followed.
+    end_u: 1 / r where rays are left that do not reach their end.
+    lost: True if the end is not reached.
+    captured: True if the ray falls in.
+    opening: rate in Mino time at which the beam opens at the viewer.
+    first: the rays at the viewer.
     """
 
     constants: Constants

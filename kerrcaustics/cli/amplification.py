@@ -18,8 +18,12 @@ from kerrcaustics.cli.terminal import place_in_words, place_of, plain_errors, pr
 if TYPE_CHECKING:
     from kerrcaustics.waves.amplification import Amplification
 
-# Frequencies of a range, and those that are printed.
-_COUNT, _MOST_COUNT, _SHOWN = 200, 100_000, 12
+# Number of frequencies of a range by default.
+_COUNT = 200
+# Largest number of frequencies of a range.
+_MOST_COUNT = 100_000
+# Most frequencies that are printed.
+_SHOWN = 12
 
 
 @app.command(

@@ -40,7 +40,7 @@ def _number(
     return read
 
 
-def _whole(*limits: Any, **settings: Any) -> cyclopts.Parameter:
+def _integer_option(*limits: Any, **settings: Any) -> cyclopts.Parameter:
     return cyclopts.Parameter(converter=_number(int, *limits), allow_leading_hyphen=True, **settings)
 
 
@@ -60,12 +60,12 @@ FileName = Annotated[Path, cyclopts.Parameter(converter=_file_name)]
 """The name of a file or a folder."""
 
 PolarAngle = Annotated[float, cyclopts.Parameter(converter=_number(float, 0, 180, "lie in [0, 180] degrees"))]
-WholeNumber = Annotated[int, _whole()]
-MaxIndex = Annotated[int, _whole(0, 6, help=_HIGHEST_INDEX)]
-Orders = Annotated[int, _whole(1, 10)]
-Crossings = Annotated[int, _whole(1, 12)]
-Crossing = Annotated[int, _whole(1, math.inf, "be at least 1")]
-Port = Annotated[int, _whole(0, 65535, "lie in [0, 65535]")]
+WholeNumber = Annotated[int, _integer_option()]
+MaxIndex = Annotated[int, _integer_option(0, 6, help=_HIGHEST_INDEX)]
+Orders = Annotated[int, _integer_option(1, 10)]
+Crossings = Annotated[int, _integer_option(1, 12)]
+Crossing = Annotated[int, _integer_option(1, math.inf, "be at least 1")]
+Port = Annotated[int, _integer_option(0, 65535, "lie in [0, 65535]")]
 
 
 @cyclopts.Parameter(name="*")

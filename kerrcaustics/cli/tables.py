@@ -41,14 +41,16 @@ class PlainTable:
         table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, gap - 1, 0, 0))
         for i, head in enumerate(self._heads):
             widest = max((len(row[i]) for row in self._rows), default=0)
-            shown = _broken(head) if broken and len(_whole(head)) > widest else _whole(head)
+            shown = (
+                _broken(head) if broken and len(_without_soft_hyphens(head)) > widest else _without_soft_hyphens(head)
+            )
             table.add_column(shown, justify="left" if head in self._words else "right", no_wrap=True)
         for row in self._rows:
             table.add_row(*row)
         return table
 
     def _stacked(self) -> Iterator[RenderableType]:
-        heads = [_whole(head) for head in self._heads]
+        heads = [_without_soft_hyphens(head) for head in self._heads]
         width = max(map(len, heads))
         for row in self._rows:
             for head, cell in zip(heads, row, strict=True):
@@ -86,7 +88,7 @@ def _cell(head: str, column: str, row: Any) -> str:
     return " ".join(format(math.degrees(x) if head.endswith("(deg)") else x, form) for x in numbers)
 
 
-def _whole(head: str) -> str:
+def _without_soft_hyphens(head: str) -> str:
     return head.replace(_SOFT_HYPHEN, "")
 
 

@@ -159,7 +159,7 @@ def progress(prefix: str = "", left: bool = False, at_once: int = 1) -> Iterator
         task = bar.add_task(f"{prefix}loading", total=1.0)
 
         def report_on_bar(what: str, part: float) -> None:
-            estimate.done(time.monotonic(), part)
+            estimate.note(time.monotonic(), part)
             bar.update(task, description=f"{prefix}{what}", completed=part)
 
         yield report_on_bar
@@ -172,7 +172,9 @@ def _left_column(estimate: TimeLeft) -> "ProgressColumn":
 
     class Left(ProgressColumn):
         def render(self, task: Task) -> Text:
-            return Text(_left(estimate.left(time.monotonic()) if task.completed < 1 else None).lstrip(", "))
+            return Text(
+                _time_left(estimate.seconds_left(time.monotonic()) if task.completed < 1 else None).lstrip(", ")
+            )
 
     return Left()
 
@@ -202,10 +204,10 @@ class _ProgressLines:
     def _report(self, what: str, part: float) -> None:
         now = time.monotonic()
         self._what = what
-        self._estimate.done(now, part)
+        self._estimate.note(now, part)
         if now - self._last >= _PAUSE:
             self._last = now
-            self._write(_left(self._estimate.left(now) if part < 1 else None))
+            self._write(_time_left(self._estimate.seconds_left(now) if part < 1 else None))
 
     def _watch(self, over: threading.Event) -> None:
         """Lines for work that reports nothing for long."""
@@ -222,6 +224,6 @@ class _ProgressLines:
         sys.stderr.flush()
 
 
-def _left(seconds: float | None) -> str:
+def _time_left(seconds: float | None) -> str:
     """The time left in words; none where it is not known."""
     return "" if seconds is None else f", {clock_in_words(seconds)} left"

@@ -86,7 +86,7 @@ def caustics(
     check_orders(orders)
     surface = search_surface(camera, end)
     began = time.perf_counter()
-    search_map = SearchMap.of(camera, surface, engine, tolerance)
+    search_map = SearchMap.for_viewer(camera, surface, engine, tolerance)
     curves, beams, engines, missing = _found_on(search_map.domain, camera, search_map, int(orders))
     return CausticSet(
         curves,

@@ -90,7 +90,7 @@ class CriticalCurve:
         """True when the caustic is a point on the spin axis, where phi' has no meaning."""
         return self.is_point and bool(np.sin(self.points.theta).max() <= 3 * self.points.error.max())
 
-    def around(self) -> Points:
+    def over_three_turns(self) -> Points:
         """The points with their neighbours across the ends, over three turns."""
         return self.points.shifted(-1).joined(self.points, self.points.shifted(1))
 
@@ -99,7 +99,11 @@ class CriticalCurve:
 class CriticalCurves:
     """The critical curves of one map, primary first; those that could not be found are left out.
 
-    orders: the number requested; curves; beams: the number traced; engines: those that traced them.
+    map: the lens map that was searched.
+    orders: number of orders requested.
+    curves: the curves that were found.
+    beams: number of beams traced.
+    engines: names of the engines that traced them.
     """
 
     map: SearchMap
@@ -117,11 +121,11 @@ class CriticalCurves:
         """The part of the sky whose rays reach the surface."""
         return leaves(self.map)
 
-    def on(self, surface: End) -> "CriticalCurves":
+    def in_coordinates_of(self, surface: End) -> "CriticalCurves":
         """The same curves, with their caustics in the coordinates of a surface of the same shape."""
         if surface == self.map.surface:
             return self
-        curves = tuple(replace(curve, points=curve.points.on(surface)) for curve in self.curves)
+        curves = tuple(replace(curve, points=curve.points.in_coordinates_of(surface)) for curve in self.curves)
         return replace(self, map=replace(self.map, surface=surface), curves=curves)
 
     def search(self) -> Search:
@@ -155,7 +159,7 @@ def critical_curves(
 def curves_of(search_map: SearchMap, orders: int) -> CriticalCurves:
     """The critical curves of a map, as by `critical_curves`."""
     surface = search_map.surface
-    return found_curves(replace(search_map, surface=surface.bare()), orders).on(surface)
+    return found_curves(replace(search_map, surface=surface.bare()), orders).in_coordinates_of(surface)
 
 
 @lru_cache(maxsize=8)
@@ -163,7 +167,7 @@ def found_curves(search_map: SearchMap, orders: int) -> CriticalCurves:
     """The critical curves of a map, kept for the next call."""
     search = Search(search_map)
     search.domain.check()
-    curves = tuple(_followed(search, orders))
+    curves = tuple(_follow(search, orders))
     return CriticalCurves(search_map, orders, curves, search.beams_traced, frozenset(search.engines_used))
 
 
@@ -172,7 +176,7 @@ def forget() -> None:
     found_curves.cache_clear()
 
 
-def _followed(search: Search, orders: int) -> list[CriticalCurve]:
+def _follow(search: Search, orders: int) -> list[CriticalCurve]:
     """The curves that can be found.
 
     On the equator half of each curve is computed and the other half is its mirror image.
@@ -221,7 +225,9 @@ def _bracket(
     return np.maximum(near[1:3].min(axis=0) - margin, 0), near[1:3].max(axis=0) + margin
 
 
-def between(search: Search, curves: dict[int, Points], edge_phases: dict[int, Float[Array, " _"]]) -> dict[int, Points]:
+def points_between(
+    search: Search, curves: dict[int, Points], edge_phases: dict[int, Float[Array, " _"]]
+) -> dict[int, Points]:
     """Points at new parameters between those of the curves, all orders at once; missed ones are left out.
 
     `curves` must reach beyond the new parameters. The points are found by steps from a spline through the known points,
@@ -261,7 +267,7 @@ def _sample(search: Search, curves: dict[int, Points], half: bool) -> dict[int, 
             break
         wanted = {k: edge_phase for k, edge_phase in wanted.items() if len(curves[k]) < _MOST_POINTS}
         closed = {k: curves[k] if half else curves[k].joined(curves[k][:1].shifted(1)) for k in wanted}
-        for k, new in between(search, closed, wanted).items():
+        for k, new in points_between(search, closed, wanted).items():
             missed[k] = np.concatenate([missed[k], np.setdiff1d(wanted[k], new.edge_phase)])
             merged = curves[k].joined(new)
             curves[k] = merged[np.argsort(merged.edge_phase, kind="stable")]

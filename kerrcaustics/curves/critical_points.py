@@ -50,9 +50,15 @@ LABEL_STEP = 1e-3
 class Points(Rows):
     """Points near critical curves.
 
-    edge_phase, depth: place on the sky; line_of_sight: FIDO components; direction, theta, azimuth: the celestial
-    sphere, azimuth joined over b = 0 (see `joined_azimuth`); major: unit vector along the image's major axis, sign
-    arbitrary; ratio: delta_minus / delta_plus; error: of direction, radians.
+    edge_phase: line across the shadow edge, radians.
+    depth: place on that line.
+    line_of_sight: FIDO components.
+    direction: n' on the celestial sphere.
+    theta: polar angle of n', radians.
+    azimuth: azimuth of n', radians, joined over b = 0 (see `joined_azimuth`).
+    major: unit vector along the image's major axis, of arbitrary sign.
+    ratio: delta_minus / delta_plus.
+    error: error of the direction, radians.
     """
 
     edge_phase: Float[Array, " points"]
@@ -82,7 +88,7 @@ class Points(Rows):
         """The same points, with parameters that are whole turns larger."""
         return replace(self, edge_phase=self.edge_phase + 2 * np.pi * turns)
 
-    def on(self, surface: End) -> "Points":
+    def in_coordinates_of(self, surface: End) -> "Points":
         """The same points in the coordinates of a surface."""
         theta, azimuth = surface.angles(self.direction, self.azimuth)
         return replace(self, theta=theta, azimuth=azimuth)

@@ -93,10 +93,15 @@ class _CausticPoints:
 
 @dataclass(frozen=True)
 class _Curve:
-    """Cusps of a caustic; for each extreme Chebyshev nodes about it, and its place among them, -1 to 1.
+    """The features of a caustic whose derivatives are requested.
 
-    ends: extremes of phi that are ends of an open curve, on a circle in the plane; fixed: extremes that are those of
-    the surface itself; unknown: those without a derivative; remarks: about both.
+    order: order of the caustic.
+    cusps: its cusps.
+    extremes: by name, points at Chebyshev nodes about each extreme, and its place among them, -1 to 1.
+    ends: by name, extremes of phi that are ends of an open curve, on a circle in the plane.
+    fixed: names of extremes that are those of the surface itself.
+    unknown: names of extremes without a derivative.
+    remarks: remarks on these extremes.
     """
 
     order: int
@@ -154,7 +159,7 @@ def caustic_derivatives(
     """
     check_viewer(camera)
     check_orders(orders)
-    search_map = SearchMap.of(camera, search_surface(camera, end), "auto")
+    search_map = SearchMap.for_viewer(camera, search_surface(camera, end), "auto")
     return tuple(_of_curve(search_map, curve) for curve in _curves_on(search_map.domain, search_map, int(orders)))
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from kerrcaustics.curves.critical_curves import CriticalCurve, between
+from kerrcaustics.curves.critical_curves import CriticalCurve, points_between
 from kerrcaustics.curves.critical_points import Points, Search
 from kerrcaustics.shapes import Bool, Float, Int
 
@@ -43,8 +43,9 @@ _EXTREMES = {
 class Features:
     """The features of one caustic.
 
-    extremes: value and error of those that were found, by name; cusps: their points, with the error of (theta',
-    azimuth) of each, radians; lost_cusps: how many could not be traced.
+    extremes: value and error of the extremes that were found, by name.
+    cusps: points of each cusp, and the error of its (theta', azimuth), radians.
+    lost_cusps: number of cusps that could not be traced.
     """
 
     extremes: dict[str, tuple[float, float]]
@@ -145,7 +146,7 @@ def _models(
     search: Search, curves: Iterable[CriticalCurve], features: tuple[str, ...]
 ) -> tuple[list[_Model], list[_Piece]]:
     """The pieces of resolved curves around these features with their points, in one go; those that were not traced."""
-    around = {curve.order: curve.around() for curve in curves if curve.is_resolved}
+    around = {curve.order: curve.over_three_turns() for curve in curves if curve.is_resolved}
     every = [_pieces(curve, around[curve.order]) for curve in curves if curve.is_resolved]
     pieces = [piece for of_curve in every for piece in of_curve if piece.what in features]
     if not pieces:
@@ -154,7 +155,7 @@ def _models(
         order: np.unique(np.concatenate([p.middle + p.half * NODES for p in pieces if p.order == order]))
         for order in around
     }
-    traced = between(search, around, edge_phases)
+    traced = points_between(search, around, edge_phases)
     models, lost = [], []
     for piece in pieces:
         points, wanted = traced[piece.order], piece.middle + piece.half * NODES
@@ -172,7 +173,9 @@ def _fitted(values: Float[Array, "pieces nodes *axes"]) -> Float[Array, "pieces 
     return np.asarray(np.einsum("kn,pn...->pk...", _TO_COEFFICIENTS, values))
 
 
-def _at(place: Float[Array, " pieces"], coefficients: Float[Array, "pieces powers"]) -> Float[Array, " pieces"]:
+def _polynomial_values(
+    place: Float[Array, " pieces"], coefficients: Float[Array, "pieces powers"]
+) -> Float[Array, " pieces"]:
     """Values of polynomials, each at a place of its own."""
     return np.vecdot(chebyshev.chebvander(place, _POWERS - 1), coefficients)
 
@@ -212,8 +215,8 @@ def _polished(
     """Roots of polynomials by Newton's method from places, each within bounds of its own."""
     slopes = coefficients @ _DERIVED.T
     for _ in range(_STEPS):
-        slope = _at(place, slopes)
-        step = np.divide(_at(place, coefficients), slope, out=np.zeros_like(place), where=slope != 0)
+        slope = _polynomial_values(place, slopes)
+        step = np.divide(_polynomial_values(place, coefficients), slope, out=np.zeros_like(place), where=slope != 0)
         place = np.clip(place - step, low, high)
     return place
 
@@ -223,7 +226,7 @@ def _extremes(models: list[_Model]) -> dict[tuple[int, str], tuple[float, float]
     models = [model for model in models if model.piece.what != "cusps"]
     heights = _heights(models)
     place, values = _peaks(heights)
-    best, tail = _at(place, values), _tails(values)
+    best, tail = _polynomial_values(place, values), _tails(values)
     noise = np.array([model.points.angle_error.max() for model in models])
     # A polynomial through values that are mostly noise overshoots: then the sample is as good as it.
     overshoot = np.where(tail > 3 * noise, np.abs(best - heights.max(axis=1, initial=-np.inf)), 0.0)
@@ -248,11 +251,11 @@ def _cusps(models: list[_Model]) -> list[_Root]:
     values = _fitted(speed)
     which, place = _next_root(values)
     values = values[which]
-    slope = np.abs(_at(place, values @ _DERIVED.T))
+    slope = np.abs(_polynomial_values(place, values @ _DERIVED.T))
     # The tip moves with the square of the parameter's error, the tail over the slope.
     with np.errstate(divide="ignore"):
         error = _tails(values) ** 2 / slope
-    depth = _at(place, _fitted(depth)[which])
+    depth = _polynomial_values(place, _fitted(depth)[which])
     roots: list[_Root] = []
     for i, *numbers in zip(which.tolist(), place.tolist(), depth.tolist(), error.tolist(), strict=True):
         order, _, middle, half = models[i].piece

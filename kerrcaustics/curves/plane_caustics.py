@@ -25,14 +25,26 @@ from kerrcaustics.spacetime.viewer import Viewer
 Array = np.ndarray
 
 _TURN = 2 * math.pi
-# Radii that are looked at: how far above the horizon they begin, where they end, and how many are tried as ends.
-_LOWEST, _HIGHEST, _RADII = 1e-3, 1e3, 256
-# Places on each line between both ends, closer to each other toward them by this factor; lines across the shadow edge.
-# Both are steps of the grid, of which every other one is looked at first.
-_PLACES, _RANGE, _LINES = 257, 1e3, 512
+# Height of the lowest circle above the horizon.
+_LOWEST = 1e-3
+# Height of the highest circle above the horizon.
+_HIGHEST = 1e3
+# Number of circles between both that are tried as ends of the grid.
+_RADII = 256
+# Places on each line between both ends, steps of the grid: every other one is traced first.
+_PLACES = 257
+# Ratio of the largest to the smallest spacing of these places, which lie closer toward both ends.
+_RANGE = 1e3
+# Lines across the shadow edge, steps of the grid: every other one is traced first.
+_LINES = 512
 # Wanted error of beams that only their index is asked of; a beam so flat may be close to others that are flat.
 _COARSE, _THIN = 1e-6, 0.1
-_NODES, _FEWEST, _WORST = 9, 8, 1e-3
+# Chebyshev nodes about an extreme.
+_NODES = 9
+# Fewest points of a curve.
+_FEWEST = 8
+# Largest error of a point of a curve, relative to its radius.
+_WORST = 1e-3
 # The extremes of a curve: a field of its points, and its sign.
 _EXTREMES = {"r_min": ("radius", -1), "r_max": ("radius", 1), "phi_min": ("azimuth", -1), "phi_max": ("azimuth", 1)}
 # A radius is that of the last circle within this part of it.
@@ -44,8 +56,12 @@ _TIGHT = {"absolute": 1e-14, "relative": 1e-14}
 class _Grid:
     """Lines across the shadow edge, each cut into parts from the lowest circle to the highest one, 0 to 1.
 
-    radii: of both circles; rims: how far from the shadow edge each line meets them, by edge phase; edge_phase of the
-    lines; part of the way; index there.
+    circles: the circles of the crossing.
+    radii: radii of the lowest and the highest circle.
+    rims: distances from the shadow edge at which a line meets both circles, as functions of its edge phase.
+    edge_phase: parameters of the lines.
+    part: places on each line, 0 to 1.
+    index: Morse index at the places.
     """
 
     circles: Circles
@@ -76,7 +92,14 @@ class _Places(Rows):
 
 @dataclass(frozen=True)
 class _Section:
-    """A curve of one order; ends: where it leaves the radii that are searched; lost: points that were not found."""
+    """A curve of one order.
+
+    order: order of the caustic.
+    points: its points, in order.
+    closed: True if the last point is followed by the first one.
+    ends: "horizon" or "infinity" at both ends of an open curve, where it leaves the radii that are searched.
+    lost: number of points that were not found.
+    """
 
     order: int
     points: Crossings
@@ -116,7 +139,7 @@ def plane_caustics(
     circles: the circles of the crossing, on many lines or few.
     """
     report("sky searched", 0.0)
-    grid, used = _searched(circles)
+    grid, used = _grid_and_circles(circles)
     curves: list[Caustic] = []
     for order in in_steps("order", range(1, orders + 1)):
         curves += [_curve(camera, surface, grid, section) for section in _sections(grid, order)] if grid else []
@@ -125,7 +148,7 @@ def plane_caustics(
 
 def section_extremes(circles: Callable[..., Circles], orders: int) -> Iterator[tuple[int, dict[str, Extreme]]]:
     """The order of each curve of order 1 to `orders`, and its extremes by name."""
-    grid, _ = _searched(circles)
+    grid, _ = _grid_and_circles(circles)
     if grid is None:
         return
     for order in range(1, orders + 1):
@@ -133,7 +156,7 @@ def section_extremes(circles: Callable[..., Circles], orders: int) -> Iterator[t
             yield order, {name: _extreme(grid, section, *what) for name, what in _EXTREMES.items()}
 
 
-def _searched(circles: Callable[..., Circles]) -> tuple[_Grid | None, list[tuple[Circles, int]]]:
+def _grid_and_circles(circles: Callable[..., Circles]) -> tuple[_Grid | None, list[tuple[Circles, int]]]:
     """The grid on few lines, or on many; the circles that were looked at, with the beams each had traced before."""
     used: list[tuple[Circles, int]] = []
     grid = None
@@ -153,7 +176,7 @@ def _grid(circles: Circles) -> _Grid | None:
     edge_phase = even_phases(circles.camera, (np.arange(_LINES) + 0.5) / _LINES)
     ends = [
         circles.on_circle(edge_phase, np.full(_LINES, radius), spline(edge_phase)).distance
-        for radius, spline in zip(whole[[0, -1]].tolist(), circles.around(whole[[0, -1]]), strict=True)
+        for radius, spline in zip(whole[[0, -1]].tolist(), circles.distances(whole[[0, -1]]), strict=True)
         if spline is not None
     ]
     # Toward the circles r and 1 / r are about linear in the distance: so both are sampled evenly in their logarithms.
@@ -172,20 +195,20 @@ def _indices(
 ) -> Int[Array, "places lines"] | None:
     """The Morse index on a grid, of which only every other line is traced where nothing changes."""
 
-    def traced(places: Array, lines: Array) -> tuple[Array, Array]:
+    def index_and_ratio(places: Array, lines: Array) -> tuple[Array, Array]:
         beams = circles.beams_at(edge_phase[lines], distance[places, lines], _COARSE)
         return np.asarray(beams.index), np.abs(beams.delta_minus / beams.delta_plus)
 
     shape = distance[::2, ::2].shape
     places, lines = (2 * np.indices(shape)).reshape(2, -1)
-    known, ratio = (values.reshape(shape) for values in traced(places, lines))
+    known, ratio = (values.reshape(shape) for values in index_and_ratio(places, lines))
     if not np.isfinite(ratio).all():
         return None
     closer = np.repeat(np.repeat(_uneven(known, ratio), 2, axis=0), 2, axis=1)[: distance.shape[0]]
     index = np.repeat(np.repeat(known, 2, axis=0), 2, axis=1)[: distance.shape[0]]
     closer[::2, ::2] = False
     places, lines = np.nonzero(closer)
-    index[places, lines], _ = traced(places, lines)
+    index[places, lines], _ = index_and_ratio(places, lines)
     return index
 
 
@@ -265,7 +288,7 @@ def _curve(camera: Viewer, surface: End, grid: _Grid, section: _Section) -> Caus
         camera=camera,
         order=section.order,
         surface=surface,
-        sky=search_sky(camera).shown(points.sky),
+        sky=search_sky(camera).to_viewer(points.sky),
         place=place,
         cusps=(),
         kind="section",
@@ -300,18 +323,20 @@ def _points(grid: _Grid, chain: Int[Array, "_ 2"], ends: tuple[str, ...]) -> Cro
 def _flat(grid: _Grid, start: _Places, stop: _Places, radius: Float[Array, " points"] | None = None) -> Crossings:
     """The points between neighbours where the beams are flat; radius, of the circles on which they are to lie."""
 
-    def at(step: Array, edge_phase: Array, width: Array, part: Array, change: Array, *radius: Array) -> Crossings:
+    def point_at(step: Array, edge_phase: Array, width: Array, part: Array, change: Array, *radius: Array) -> Crossings:
         edge_phase = (edge_phase + step * width) % _TURN
         distance = grid.distance(edge_phase, part + step * change)
         return (
-            grid.circles.on_circle(edge_phase, radius[0], distance) if radius else grid.circles.at(edge_phase, distance)
+            grid.circles.on_circle(edge_phase, radius[0], distance)
+            if radius
+            else grid.circles.crossings_at(edge_phase, distance)
         )
 
     width = (stop.edge_phase - start.edge_phase + math.pi) % _TURN - math.pi
     ends = start.edge_phase, width, start.part, stop.part - start.part, *(() if radius is None else (radius,))
     bracket = np.zeros(len(start)), np.ones(len(start))
-    root = bracketed_roots(lambda step, *e: at(step, *e).ratio, bracket, ends, **_TIGHT)
-    return at(np.where(np.isfinite(root.x), root.x, 0.5), *ends)
+    root = bracketed_roots(lambda step, *e: point_at(step, *e).ratio, bracket, ends, **_TIGHT)
+    return point_at(np.where(np.isfinite(root.x), root.x, 0.5), *ends)
 
 
 def _extreme(grid: _Grid, section: _Section, field: str, sign: int) -> Extreme:
@@ -323,7 +348,7 @@ def _extreme(grid: _Grid, section: _Section, field: str, sign: int) -> Extreme:
     if best in (0, len(points) - 1):
         return Extreme(points[best : best + 1], toward=section.ends[-1 if best else 0])
     near = points[np.clip(np.arange(best - 2, best + 3), 0, len(points) - 1)]
-    nodes = _around(grid, near)
+    nodes = _extreme_nodes(grid, near)
     if nodes is None:
         return Extreme(points[best : best + 1])
     fit = _fitted(nodes, field)
@@ -332,7 +357,7 @@ def _extreme(grid: _Grid, section: _Section, field: str, sign: int) -> Extreme:
     return Extreme(nodes, float(places[np.argmax(sign * chebyshev.chebval(places, fit))]))
 
 
-def _around(grid: _Grid, near: Crossings) -> Crossings | None:
+def _extreme_nodes(grid: _Grid, near: Crossings) -> Crossings | None:
     """Points of a curve at Chebyshev nodes of the edge phase about the middle one of five; None if some are lost."""
     edge_phase = near.edge_phase[2] + (near.edge_phase - near.edge_phase[2] + math.pi) % _TURN - math.pi
     half = np.abs(edge_phase - edge_phase[2]).max() / 2

@@ -38,10 +38,15 @@ _STEP = math.radians(2.0)
 _FEWEST, _MOST = 160, 900
 # Every so many lines are searched for the rays whose conjugate points lie at the wanted radii.
 _SPARSE = 4
-# Distances from the shadow edge of the search: outside it as parts of that of the critical curve, from 1 down to a
-# hundredth of the size of the shadow; inside it as parts of the size of the shadow. Where the curve is closer to the
-# edge than that size, as it is for all orders but the first seen from afar, the curve's distance takes its place.
-_OUTSIDE, _SMALLEST, _PER_DECADE = np.append(1 - np.geomspace(1e-3, 0.1, 6), np.linspace(0.8, 0.1, 8)), 0.01, 10
+# Distances outside the shadow edge at which conjugate points are searched for, over that of the critical curve, from 1
+# downward.
+_OUTSIDE = np.append(1 - np.geomspace(1e-3, 0.1, 6), np.linspace(0.8, 0.1, 8))
+# The least distance outside, over the size of the shadow; over the curve's distance where that is smaller, as it is
+# for all orders but the first seen from afar.
+_SMALLEST = 0.01
+# Distances per decade between the last of `_OUTSIDE` and the least one.
+_PER_DECADE = 10
+# Distances inside the shadow edge, over the same size, negative.
 _INSIDE = -np.geomspace(0.01, 3, 26)
 # Places at which a ray is looked at for its conjugate points.
 _PLACES = 24
@@ -139,7 +144,7 @@ def caustic_tubes(
     if not (falling and places[0] == math.inf and places[-1] > kerr.horizon(camera.spin)):
         must = "fall from math.inf to a radius outside the horizon"
         raise ValueError(f"Argument `radii` must {must}, but is {quoted(radii)}.")
-    search_map = SearchMap.of(camera, SKY)
+    search_map = SearchMap.for_viewer(camera, SKY)
     far = (_unbounded(search_map.camera),) if search_map.domain.unbounded else ()
     curves = (*far, *curves_of(search_map, int(orders)))
     return tuple(_tube(camera, search_map.camera, curve, places) for curve in in_steps("tube", curves))
@@ -170,7 +175,7 @@ def _tube(camera: Viewer, searcher: Viewer, whole: CriticalCurve, radii: Float[A
     place["azimuth"][1:] += 2 * math.pi * np.round((place["azimuth"][:1] - place["azimuth"][1:2]) / (2 * math.pi))
     sky = search_sky(camera)
     place["time"], place["time_error"] = sky.viewer_time(place["time"], place["time_error"])
-    shown = sky.shown(sky_from_fido(searcher.frame(), -line_of_sight.reshape(-1, 3)))
+    shown = sky.to_viewer(sky_from_fido(searcher.frame(), -line_of_sight.reshape(-1, 3)))
     shown = shown.reshape(*line_of_sight.shape[:2], -1)
     if unbounded:
         shown[0] = math.nan
@@ -215,7 +220,7 @@ def _parts_at(camera: Viewer, curve: Points, order: int, inverse: Float[Array, "
     from scipy.interpolate import PchipInterpolator
 
     sparse = np.unique(np.append(np.arange(0, len(curve), _SPARSE), len(curve) - 1))
-    part = _searched(camera, curve)
+    part = _search_parts(camera, curve)
     edge_phase = np.broadcast_to(curve.edge_phase[sparse], (len(part), len(sparse)))
     line_of_sight = sky_lines.beside_edge(camera, edge_phase, part[:, None] * _reach(camera, curve[sparse]))
     inverse_radius = 1 / _conjugate(camera, line_of_sight, order)["radius"]
@@ -246,7 +251,7 @@ def _part_at(
     return met - step * beyond
 
 
-def _searched(camera: Viewer, curve: Points) -> Float[Array, " parts"]:
+def _search_parts(camera: Viewer, curve: Points) -> Float[Array, " parts"]:
     """Parts of the distance from shadow edge to critical curve at which conjugate points are looked for, falling."""
     edge = sky_lines.beside_edge(camera, curve.edge_phase, np.zeros(len(curve)))
     size = np.arctan2(np.hypot(edge[:, 1], edge[:, 2]), -edge[:, 0])

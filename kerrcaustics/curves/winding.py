@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from kerrcaustics.curves.critical_curves import BLUR_ERRORS, CriticalCurve, CriticalCurves, between
+from kerrcaustics.curves.critical_curves import BLUR_ERRORS, CriticalCurve, CriticalCurves, points_between
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.rows import Rows
@@ -33,11 +33,13 @@ _TURNS = np.array([-_TURN, 0.0, _TURN])
 
 @dataclass(frozen=True)
 class Winding:
-    """The winding of a caustic about stars, one entry for each star.
+    """The winding of a caustic about stars, one entry for each star, and the points that were added to the curve.
 
-    count: signed crossings of the meridian from the star to the north pole; on_caustic: True where the star cannot be
-    distinguished from the caustic; distance: from its nearest known point; star, points: the points that were put
-    between those of the curve, and the star for which each was added.
+    count: signed crossings of the meridian from the star to the north pole.
+    on_caustic: True where the star cannot be distinguished from the caustic.
+    distance: distance of the star from the nearest known point of the caustic, radians.
+    star: star for which each point was added.
+    points: points added between those of the curve.
     """
 
     count: Int[Array, " stars"]
@@ -57,10 +59,13 @@ class Winding:
 
 @dataclass(frozen=True)
 class _Sides(Rows):
-    """Sides of polygons, from a point of a caustic to the next one: great circles.
+    """Sides of polygons, great circles from a point of a caustic to the next one.
 
-    turned: True where the caustic turns back on the side or next to it, at a cusp; height: upper bound for how far the
-    caustic leaves the side; south: normal of the great circle, toward the south pole.
+    one: points at the starts.
+    other: points at the ends.
+    turned: True where the caustic turns back on the side or next to it, at a cusp.
+    height: upper bound for the distance of the caustic from the side, radians.
+    south: normal of the great circle, toward the south pole.
     """
 
     one: Points
@@ -116,7 +121,7 @@ class CausticPolygon:
     azimuths: tuple[Array, Array, Array]
 
     @classmethod
-    def of(cls, curves: CriticalCurves, curve: CriticalCurve) -> "CausticPolygon":
+    def of_curve(cls, curves: CriticalCurves, curve: CriticalCurve) -> "CausticPolygon":
         """The polygon through the points of one of the curves."""
         sides = _closed_sides(curve.points)
         first, second = sides.one.direction, sides.other.direction
@@ -189,7 +194,7 @@ class CausticPolygon:
             return np.zeros(0, bool), self._no_points
         closed = points[-3:].shifted(-1).joined(points, points[:3].shifted(1))
         edge_phase = (sides.one.edge_phase + sides.other.edge_phase) / 2
-        middles = between(self.curves.search(), {order: closed}, {order: np.unique(edge_phase)})[order]
+        middles = points_between(self.curves.search(), {order: closed}, {order: np.unique(edge_phase)})[order]
         known = np.isin(edge_phase, middles.edge_phase)
         return known, middles[np.searchsorted(middles.edge_phase, edge_phase[known])]
 

@@ -21,9 +21,12 @@ Array = np.ndarray
 
 # Moments between two events, crowded where images run together; nearer than this part of the time in between, none.
 _MOMENTS, _NEAREST = 100, 1e-10
-# Brighter than this, and than so many times the usual of the brightest image, is cut off: an event has no bound. The
-# usual is that of a stretch of time, or of a piece of a track.
-_BRIGHTEST, _ABOVE_USUAL, _ABOVE_PIECE = 30.0, 10.0, 30.0
+# Least upper end of the axis of magnification: as an event has no bound, what is brighter is cut off.
+_BRIGHTEST = 30.0
+# Upper end of the axis against time, over the median magnification of the brightest image between two events.
+_ABOVE_USUAL = 10.0
+# Upper end of the axis against azimuth, over the median magnification of the brightest piece of a track.
+_ABOVE_PIECE = 30.0
 
 
 def brightness(ax: Axes, tracks: StarTracks, start: float, end: float) -> Axes:

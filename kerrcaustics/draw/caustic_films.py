@@ -132,8 +132,8 @@ class Mapping:
         for caustic, places, movers in zip(self.caustics, self._places, self._movers, strict=True):
             trail = np.interp(part - np.linspace(0, _TRAIL, 40), places[1], places[0], period=1.0)
             whole = np.unwrap(trail, period=len(caustic.sky))
-            sky = azimuthal_equidistant(_at(caustic.sky, whole), self._view)
-            celestial = np.degrees(_at(caustic.celestial, whole))[:, ::-1]
+            sky = azimuthal_equidistant(_curve_points(caustic.sky, whole), self._view)
+            celestial = np.degrees(_curve_points(caustic.celestial, whole))[:, ::-1]
             for (dot, tail), line in zip(movers, (sky, celestial), strict=True):
                 dot.set_data(line[:1, 0], line[:1, 1])
                 tail.set_data(line[:, 0], line[:, 1])
@@ -170,7 +170,7 @@ def _even_places(caustic: Caustic) -> tuple[Float[Array, " places"], Float[Array
     return np.arange(len(caustic.sky) + 1.0), (parts[0] + parts[1]) / 2
 
 
-def _at(curve: Float[Array, "n k"], place: Float[Array, " m"]) -> Float[Array, "m k"]:
+def _curve_points(curve: Float[Array, "n k"], place: Float[Array, " m"]) -> Float[Array, "m k"]:
     """Points of a closed curve (n, k) between its corners."""
     low = np.floor(place).astype(int)
     part = (place - low)[:, None]

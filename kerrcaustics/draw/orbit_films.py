@@ -29,9 +29,13 @@ from kerrcaustics.tracks.tracks import StarTracks
 Array = np.ndarray
 
 _EDGE_POINTS = 2000
-# Time runs so many times slower around an event, over this part of the orbit: an image pair parts as the square root of
-# the time. So many frames its flash is seen, and before and after it the caption speaks of it.
-_SLOWER, _FLASH, _SPEAK = ((8.0, 0.012), (60.0, 0.0012)), 24, 60
+# Factors by which time runs slower around an event, and the part of the orbit over which it does: an image pair parts
+# as the square root of the time.
+_SLOWER = ((8.0, 0.012), (60.0, 0.0012))
+# Frames for which the flash of an event is seen.
+_FLASH = 24
+# Frames before and after an event in which the caption speaks of it.
+_SPEAK = 60
 _LINE = 66
 _STAR: dict[str, Any] = {"marker": "*", "markersize": 15, "color": STAR_COLOUR, "linestyle": "none", "zorder": 6}
 _IMAGE: dict[str, Any] = {"edgecolors": "black", "linewidths": 0.7, "zorder": 5}

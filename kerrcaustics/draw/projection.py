@@ -104,7 +104,7 @@ def distance_to_edge(directions: Float[Array, "n axes"], edge: Float[Array, "m a
 
     closed = np.concatenate([edge, edge[:1]])
     # Arc length, rather than the number of the point: points displaced along the edge then do no harm.
-    arc = np.concatenate([[0.0], np.cumsum(_apart(closed[1:], closed[:-1]))])
+    arc = np.concatenate([[0.0], np.cumsum(_distances(closed[1:], closed[:-1]))])
     curve = make_interp_spline(arc, closed, k=5, bc_type="periodic")
     velocity, acceleration = curve.derivative(1), curve.derivative(2)
     place = arc[KDTree(edge).query(directions)[1]]
@@ -114,11 +114,11 @@ def distance_to_edge(directions: Float[Array, "n axes"], edge: Float[Array, "m a
         slope = (speed**2).sum(-1) + (gap * acceleration(place)).sum(-1)
         step = (gap * speed).sum(-1) / np.where(slope > 0.1, slope, 1.0)
         place = (place - np.clip(step, -longest, longest)) % arc[-1]
-    distance = _apart(curve(place), directions) * (1 if _is_flat(edge) else 180 / math.pi)
+    distance = _distances(curve(place), directions) * (1 if _is_flat(edge) else 180 / math.pi)
     return np.where(distance > _ROUND_OFF, distance, np.nan)
 
 
-def _apart(first: Float[Array, "n axes"], second: Float[Array, "n axes"]) -> Float[Array, " n"]:
+def _distances(first: Float[Array, "n axes"], second: Float[Array, "n axes"]) -> Float[Array, " n"]:
     """Angles between directions, radians; distances of places (alpha, beta)."""
     return np.linalg.norm(first - second, axis=-1) if _is_flat(first) else angle_between(first, second)
 

@@ -127,7 +127,7 @@ def caustics_on_sphere(ax: Axes, caustics: CausticSet) -> Axes:
     whole = [caustic for caustic in caustics if caustic.circuits < 1]
     if ax.get_xlabel() != _SPHERE_NAME and whole:
         largest = max(whole, key=lambda caustic: caustic.phi_extent)
-        middle = _near(_middle_phi(largest), 0.0)
+        middle = _nearest_turn(_middle_phi(largest), 0.0)
         low, high = zip(*(_reach(caustic, middle) for caustic in whole), strict=True)
         celestial_sphere_axes(ax, middle=middle)
         ax.set_xlim(min(*low, middle - 180), max(*high, middle + 180))
@@ -141,11 +141,11 @@ def _draw_at_turns(ax: Axes, caustic: Caustic, left: float, right: float) -> Non
     """A caustic, wherever between two azimuths a part of it lies."""
     phi, theta = np.degrees(whole_line(caustic.celestial, caustic.closed)[:, ::-1]).T
     if is_shapeless(caustic):
-        draw_mark(ax, caustic, np.array([_near(_middle_phi(caustic), (left + right) / 2), theta[0]]))
+        draw_mark(ax, caustic, np.array([_nearest_turn(_middle_phi(caustic), (left + right) / 2), theta[0]]))
         return
     name = style.order_name(caustic.order) + (", unresolved" if caustic.kind == "unresolved" else "")
     line: dict[str, Any] = {"linewidth": 1.1 if caustic.circuits < 2 else 0.7, **style.order_line(caustic.order)}
-    centre = _near(_middle_phi(caustic), (left + right) / 2)
+    centre = _nearest_turn(_middle_phi(caustic), (left + right) / 2)
     point_out(ax, caustic, np.array([centre, theta.mean()]))
     for i, turn in enumerate(_turns(phi, centre - _middle_phi(caustic), left, right)):
         line["label"] = "_" * bool(i) + name
@@ -164,14 +164,14 @@ def _middle_phi(caustic: Caustic) -> float:
     return math.degrees(caustic.phi_min + caustic.phi_max) / 2
 
 
-def _near(phi: float, middle: float) -> float:
+def _nearest_turn(phi: float, middle: float) -> float:
     """An azimuth, degrees, by whole turns within half a turn of another one."""
     return middle + 180 - (middle + 180 - phi) % 360
 
 
 def _reach(caustic: Caustic, middle: float) -> tuple[float, float]:
     """Least and largest phi' of a caustic, degrees, next to a middle, with a little room."""
-    centre, half = _near(_middle_phi(caustic), middle), math.degrees(caustic.phi_extent) / 2 + 5
+    centre, half = _nearest_turn(_middle_phi(caustic), middle), math.degrees(caustic.phi_extent) / 2 + 5
     return centre - half, centre + half
 
 

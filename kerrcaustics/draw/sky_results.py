@@ -177,7 +177,7 @@ def image_places(ax: Axes, images: StarImages, *, caustics: CausticSet | None = 
         ax.plot(*np.where(far[i], np.nan, place)[:, None], **label, **mark)
     for i in np.flatnonzero(far):
         _point_out_far(ax, places[i], style.index_colour(indices[i]), "deg" if images.camera.sky_unit == "rad" else "M")
-    return labelled_once(ax, **beside(ax))
+    return labelled_once(ax, **legend_beside(ax))
 
 
 def _point_out_far(ax: Axes, place: Float[Array, "2"], colour: str, unit: str) -> None:
@@ -216,7 +216,7 @@ def all_tracks(ax: Axes, tracks: StarTracks) -> Axes:
     bare = not ax.has_data()
     curves = caustics_of(tracks.camera, tracks.max_index + 1, end=tracks.surface) if bare else ()
     tracks_on_sky(ax, tracks, curves, shadow_edge(tracks.camera, _EDGE_POINTS))
-    ax.legend(handles=tracks_legend([tracks], bool(curves)), **{**_LEGEND, **beside(ax)})
+    ax.legend(handles=tracks_legend([tracks], bool(curves)), **{**_LEGEND, **legend_beside(ax)})
     return ax
 
 
@@ -327,7 +327,7 @@ def labelled_once(ax: Axes, **legend: Any) -> Axes:
     return ax
 
 
-def beside(ax: Axes) -> dict[str, Any]:
+def legend_beside(ax: Axes) -> dict[str, Any]:
     """Settings of a legend to the right of axes that are alone in a figure which makes room for it; else none."""
     figure: Any = ax.figure
     alone = len(figure.axes) == 1 and getattr(figure, "get_layout_engine", lambda: None)()

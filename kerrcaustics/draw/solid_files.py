@@ -14,8 +14,15 @@ from kerrcaustics.draw.solids import Model, SpaceCurve, Surface
 from kerrcaustics.files import writing
 from kerrcaustics.shapes import Float, Float32
 
-# Constants of glTF 2.0.
-_FLOAT, _UNSIGNED, _VERTICES, _INDICES, _STRIP, _TRIANGLES = 5126, 5125, 34962, 34963, 3, 4
+# Component types of glTF 2.0: 32-bit floats, and unsigned 32-bit integers.
+_FLOAT = 5126
+_UNSIGNED = 5125
+# Targets of glTF buffer views: vertex attributes, and indices.
+_VERTICES = 34962
+_INDICES = 34963
+# Modes of glTF primitives: line strip, and triangles.
+_STRIP = 3
+_TRIANGLES = 4
 
 
 def write_gltf(model: Model, path: str | os.PathLike[str]) -> None:

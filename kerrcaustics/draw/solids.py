@@ -53,14 +53,14 @@ class Surface:
             number = np.concatenate([number, number[:, :1]], axis=1)
         a, b, c, d = (part.ravel() for part in (number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]))
         corners = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-        size = np.linalg.norm(_across(self.points.reshape(-1, 3)[corners]), axis=1)
+        size = np.linalg.norm(_area_vectors(self.points.reshape(-1, 3)[corners]), axis=1)
         return corners[size > 1e-12 * size.max(initial=0)]
 
     def normals(self) -> Float[Array, "points 3"]:
         """Unit normals (points, 3) at the points in reading order, on one side throughout."""
         places = self.points.reshape(-1, 3)
         corners = self.triangles()
-        across = _across(places[corners])
+        across = _area_vectors(places[corners])
         total = np.stack([np.bincount(corners.ravel(), np.repeat(part, 3), len(places)) for part in across.T], axis=1)
         size = np.linalg.norm(total, axis=1, keepdims=True)
         return np.where(size > 0, total / np.where(size > 0, size, 1), [0.0, 0.0, 1.0])
@@ -92,7 +92,7 @@ class Model:
     extent: float = 1.0
 
 
-def _across(triangles: Float[Array, "n 3 3"]) -> Float[Array, "n 3"]:
+def _area_vectors(triangles: Float[Array, "n 3 3"]) -> Float[Array, "n 3"]:
     """Vectors across triangles (corners, components), twice their area long."""
     p, q, r = np.moveaxis(triangles, 1, 0)
     return np.cross(q - p, r - p)
@@ -109,7 +109,7 @@ def _drawn_radius(radius: Float[Array, "*batch"], scale: float) -> Float[Array, 
         return 1 / (1 + scale / radius)
 
 
-def _by(camera: Viewer) -> str:
+def _viewer_label(camera: Viewer) -> str:
     """The viewer in a title."""
     kind = type(camera).__name__.lower()
     place = f"{kind} at infinity" if math.isinf(camera.radius) else f"{kind} at r = {camera.radius:g} M"
@@ -135,7 +135,7 @@ def tubes_model(camera: Viewer, tubes: tuple[CausticTube, ...]) -> Model:
         surfaces.append(Surface(f"{name} tube", points, colour, 1.0 if tube.order == 1 else 0.3, closed=True))
         lines.append(SpaceCurve(f"{name} caustic", whole_line(points[0], True), colour, 5.0))
         key.append((f"{name} caustic", colour))
-    title = f"Caustic tubes, {_by(camera)}; radius drawn as r / (r + {scale:g} M)"
+    title = f"Caustic tubes, {_viewer_label(camera)}; radius drawn as r / (r + {scale:g} M)"
     return Model(title, tuple(surfaces), tuple(lines), (*key, _HORIZON), (-20.0, 32.0), extent=1.25)
 
 
@@ -156,18 +156,18 @@ def rays_model(camera: Viewer, paths: RayPaths, reach: float = 12.0) -> Model:
     lines = [_spin_axis(0.6 * reach), *_viewer_mark(camera, reach)]
     lines += [SpaceCurve("sphere", reach * part.points, part.colour, part.width) for part in _sky_frame()]
     for position, radius, index, lost in zip(paths.position, paths.radius, paths.index, captured, strict=True):
-        part = _within(position, radius, reach)
+        part = _first_stretch(position, radius, reach)
         if index >= 0 and len(part) > 1:
             lines += _ray(part, int(index), bool(lost), 0.012 * reach)
     indices = sorted({int(k) for k in paths.index[(paths.index >= 0) & ~captured]})
     key = [(f"index {k}", style.index_colour(k)) for k in indices]
     key += [("captured", CAPTURED_COLOUR)] * bool(captured.any())
     key += [_ERGOSPHERE, _HORIZON, (f"sphere of r = {reach:g} M", "#9a9a9a")]
-    title = f"Rays of one viewer, {_by(camera)}"
+    title = f"Rays of one viewer, {_viewer_label(camera)}"
     return Model(title, tuple(_hole(camera.spin)), tuple(lines), tuple(key), (-70.0, 38.0), extent=1.02 * reach)
 
 
-def _within(points: Float[Array, "n 3"], radius: Float[Array, " n"], reach: float) -> Float[Array, "m 3"]:
+def _first_stretch(points: Float[Array, "n 3"], radius: Float[Array, " n"], reach: float) -> Float[Array, "m 3"]:
     """The first stretch of a ray within a radius: rays of viewers farther out come in first, and leave once.
 
     A ray that leaves ends there, on the straight line between two of its places.
@@ -217,7 +217,7 @@ def disk_rays_model(camera: Viewer, paths: RayPaths, crossing: Int[Array, " rays
     names = {1: "first", 2: "second", 3: "third"}
     key = [(f"{names.get(n, f'{n}th')} crossing", style.crossing_colour(n)) for n in sorted({int(n) for n in crossing})]
     key += [("camera", CAMERA_COLOUR), ("disk", DISK_RIM_COLOUR), _ERGOSPHERE, _HORIZON]
-    title = f"Rays that end on a disk, {_by(camera)}"
+    title = f"Rays that end on a disk, {_viewer_label(camera)}"
     return Model(title, surfaces, tuple(lines), tuple(key), (-62.0, 24.0), extent=0.8 * reach)
 
 
@@ -259,7 +259,7 @@ def celestial_model(caustics: CausticSet) -> Model:
     key = tuple(
         (f"{style.order_name(c.order)}, {c.circuits:.3g} circuits", style.order_colour(c.order)) for c in caustics
     )
-    title = f"Caustics on the celestial sphere, {_by(caustics.camera)}"
+    title = f"Caustics on the celestial sphere, {_viewer_label(caustics.camera)}"
     first = math.degrees(float(caustics[0].celestial[:, 1].mean())) if caustics else 0.0
     return Model(title, surfaces, tuple(lines), key, (first - 25, 20.0), extent=1.27)
 

@@ -14,7 +14,7 @@ from kerrcaustics.draw import style
 from kerrcaustics.draw.image_figure import sky_and_source
 from kerrcaustics.draw.palettes import STAR_COLOUR
 from kerrcaustics.draw.projection import about_shadow, whole_line
-from kerrcaustics.draw.sky_results import beside, critical_curves, labelled_once, shadow
+from kerrcaustics.draw.sky_results import critical_curves, labelled_once, legend_beside, shadow
 from kerrcaustics.extended_sources.magnification import LimbImage, Magnification
 from kerrcaustics.extended_sources.measured import sphere_scale
 from kerrcaustics.shapes import Bool, Float
@@ -56,7 +56,7 @@ def source_images(ax: Axes, magnification: Magnification, *, caustics: CausticSe
         ax.add_patch(PathPatch(path, **_FILL))
     for image in magnification.images:
         limb_image(ax, image)
-    return labelled_once(ax, **beside(ax))
+    return labelled_once(ax, **legend_beside(ax))
 
 
 def unrolled_images(ax: Axes, magnification: Magnification, critical: Caustic, middle: Float[Array, " axes"]) -> Axes:

@@ -47,7 +47,11 @@ _FARTHEST = 179.0
 class ViewPart(Raster):
     """A part of the projection of a view, in pixels of another size.
 
-    whole: the view; middle: of the part, in pixels of the whole; step: pixels of the whole from one pixel to the next.
+    width: columns of pixels.
+    height: rows of pixels.
+    whole: the view.
+    middle: middle of the part, in pixels of the whole.
+    step: pixels of the whole from one pixel to the next.
     """
 
     width: int

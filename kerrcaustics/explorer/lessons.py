@@ -13,7 +13,11 @@ _NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight"
 class Lesson:
     """A star and a camera that show an idea.
 
-    idea: in two sentences; look_for: on the page; per_index: the number of images of each Morse index there, certified.
+    name: title of the lesson.
+    state: the state of the page.
+    idea: the idea, in two sentences.
+    look_for: the thing to look for on the page.
+    per_index: certified number of images of each Morse index.
     """
 
     name: str

@@ -109,7 +109,7 @@ def view_of(state: ExplorerState, quality: str = "full") -> Message:
         with stage("coarse_curves"):
             _add_coarse(record, arrays, camera, state.orders)
     else:
-        curves, sheets = _kept.of(event)
+        curves, sheets = _kept.entry(event)
         if quality == "full":
             _add_caustics(record, arrays, curves)
         star = state.star()
@@ -122,7 +122,7 @@ def view_of(state: ExplorerState, quality: str = "full") -> Message:
 
 def curves_of(state: ExplorerState) -> CausticSet:
     """The caustics of a state's camera, kept for the next."""
-    return _kept.of((state.camera(), state.orders))[0]
+    return _kept.entry((state.camera(), state.orders))[0]
 
 
 def _motion(camera: Camera) -> list[float] | None:
@@ -142,7 +142,7 @@ class _Kept:
     def __contains__(self, event: _Event) -> bool:
         return event in self._entries
 
-    def of(self, event: _Event) -> tuple[CausticSet, Sheets]:
+    def entry(self, event: _Event) -> tuple[CausticSet, Sheets]:
         """Caustics and sheets of an event, computed unless they are kept."""
         with self._lock:
             if event in self._entries:
@@ -228,11 +228,11 @@ def _add_coarse(record: dict[str, Any], arrays: dict[str, Array], camera: Camera
         points, _ = search.refined(line[crossed], orders_of, low[order - 1][crossed], high[order - 1][crossed])
         if len(points.edge_phase) < 3:
             continue
-        points = _whole(points, half)
+        points = _with_mirror_half(points, half)
         record["caustics"].append({"order": order, "cusps": []})
         arrays[f"critical{order}"] = sky_from_fido(frame, -points.line_of_sight)
         arrays[f"caustic{order}"] = np.degrees(np.stack([points.theta, points.azimuth], axis=-1))
 
 
-def _whole(points: Points, half: bool) -> Points:
+def _with_mirror_half(points: Points, half: bool) -> Points:
     return points.joined(points[1:-1].mirrored()) if half else points

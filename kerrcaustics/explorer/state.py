@@ -10,7 +10,12 @@ from urllib.parse import urlencode
 from kerrcaustics.spacetime.camera import VELOCITY_NAMES, Camera
 from kerrcaustics.spacetime.checks import real_number, whole_number
 
-MOST_SPIN, MOST_RADIUS, MOST_ORDERS = 0.9999, 1000.0, 4
+MOST_SPIN = 0.9999
+"""Largest spin of the hole."""
+MOST_RADIUS = 1000.0
+"""Largest radius of the camera, units of the mass."""
+MOST_ORDERS = 4
+"""Largest number of orders of critical curves."""
 """Limits of a computation: none takes more than some seconds."""
 
 LEAST_RADIUS = 1.0
@@ -35,10 +40,17 @@ _CHOICES = {"velocity": VELOCITY_NAMES, "backdrop": BACKDROPS, "chart": CHARTS}
 class ExplorerState:
     """A camera, a star, the number of orders, and the look of the page.
 
-    spin; radius in units of the mass; inclination, theta, phi: degrees, of the camera and of the star on the celestial
-    sphere; size: radius of the star, degrees, 0 for a point; frequency: of its waves, times the mass, 0 for rays alone;
-    velocity: the name of one; orders: of critical curves, 1
-    to 4, and images of index 0 to orders - 1; backdrop: the sky behind the curves; chart: of the celestial sphere.
+    spin: spin of the hole.
+    radius: radius of the camera, units of the mass.
+    inclination: inclination of the camera, degrees.
+    velocity: name of the camera's velocity.
+    orders: orders of critical curves, 1 to 4, with images of index 0 to orders - 1.
+    theta: polar angle of the star on the celestial sphere, degrees.
+    phi: azimuth of the star on the celestial sphere, degrees.
+    size: radius of the star, degrees, 0 for a point.
+    frequency: angular frequency of its waves, times the mass, 0 for rays alone.
+    backdrop: the sky behind the curves.
+    chart: the chart of the celestial sphere.
     """
 
     spin: float = 0.999
@@ -54,7 +66,7 @@ class ExplorerState:
     chart: str = "map"
 
     @classmethod
-    def of(cls, values: Mapping[str, Any]) -> Self:
+    def from_values(cls, values: Mapping[str, Any]) -> Self:
         """A state of values from outside; those left out have their defaults. Raise ValueError if one is wrong."""
         state = cls.read(values)
         state.check()
@@ -71,15 +83,15 @@ class ExplorerState:
 
     def check(self) -> None:
         """Raise ValueError unless the state is valid and quick to compute."""
-        _within("spin", self.spin, 0, MOST_SPIN)
-        _within("radius", self.radius, LEAST_RADIUS, MOST_RADIUS)
-        _within("inclination", self.inclination, 0, 180)
-        _within("theta", self.theta, 0, 180)
-        _within("phi", self.phi, -36000, 36000)
+        _check_range("spin", self.spin, 0, MOST_SPIN)
+        _check_range("radius", self.radius, LEAST_RADIUS, MOST_RADIUS)
+        _check_range("inclination", self.inclination, 0, 180)
+        _check_range("theta", self.theta, 0, 180)
+        _check_range("phi", self.phi, -36000, 36000)
         if self.size != 0:
-            _within("size", self.size, LEAST_SIZE, MOST_SIZE)
+            _check_range("size", self.size, LEAST_SIZE, MOST_SIZE)
         if self.frequency != 0:
-            _within("frequency", self.frequency, LEAST_FREQUENCY, MOST_FREQUENCY)
+            _check_range("frequency", self.frequency, LEAST_FREQUENCY, MOST_FREQUENCY)
         self.camera()
 
     def camera(self) -> Camera:
@@ -166,7 +178,7 @@ def _plain(name: str, value: Any) -> Any:
     return float(number)
 
 
-def _within(name: str, value: float, least: float, most: float) -> None:
+def _check_range(name: str, value: float, least: float, most: float) -> None:
     if not least <= value <= most:
         raise ValueError(f"Argument `{name}` must lie in [{least:g}, {most:g}], but is {value:.12g}.")
 

@@ -71,7 +71,7 @@ def explore(
     theta, phi = (math.degrees(angle) for angle in star)
     values = {"spin": camera.spin, "radius": camera.radius, "velocity": camera.velocity, "orders": orders}
     degrees = {"inclination": math.degrees(camera.inclination), "theta": theta, "phi": phi, "size": math.degrees(size)}
-    return _widget_class()(ExplorerState.of({**values, **degrees}))
+    return _widget_class()(ExplorerState.from_values({**values, **degrees}))
 
 
 class _Answering:
@@ -128,6 +128,6 @@ def _widget_class() -> Any:
 
         @traitlets.validate("state")
         def _checked(self, proposal: Any) -> dict[str, Any]:
-            return ExplorerState.of(proposal["value"]).record()
+            return ExplorerState.from_values(proposal["value"]).record()
 
     return ExplorerWidget

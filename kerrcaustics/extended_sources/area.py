@@ -138,7 +138,7 @@ def seen_points(sky: SearchSky, arcs: BoundaryArcs) -> tuple[Float[Array, "arcs 
     start, stop = np.split(at_nodes(arcs.left, arcs.right, np.concatenate([arcs.start, arcs.stop])), 2)
     whole = with_ends(start, arcs.points, stop)
     flat = whole.reshape(-1, 3)
-    places = sky.shown(flat)
+    places = sky.to_viewer(flat)
     scale = sky.lengths(flat).reshape(whole.shape[:2])
     return places.reshape(*whole.shape[:2], places.shape[-1]), arcs.error * (scale**2).max(axis=1)
 

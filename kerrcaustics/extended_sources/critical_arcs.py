@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from kerrcaustics.beams.trace import beams_of_directions
-from kerrcaustics.curves.critical_curves import CriticalCurve, between
+from kerrcaustics.curves.critical_curves import CriticalCurve, points_between
 from kerrcaustics.extended_sources.arcs import NODES, BoundaryArcs
 from kerrcaustics.extended_sources.known_curves import at_places, refined
 from kerrcaustics.images.sheets import Sheets
@@ -99,7 +99,7 @@ def _inside(
     curve: CriticalCurve, circle: Circle, low: Float[Array, " parts"], high: Float[Array, " parts"]
 ) -> Bool[Array, " parts"]:
     """True for parts of a caustic that lie within the circle, by the point of each that is farthest from the limb."""
-    points = curve.around()
+    points = curve.over_three_turns()
     height = circle.height(points.direction)
     inside = np.zeros(len(low), bool)
     for i, (a, b) in enumerate(zip(low, high, strict=True)):
@@ -114,7 +114,9 @@ def _traced(
     """Directions at `PLACES` of arcs, and errors across the curve; None where some are lost."""
     phase = at_places(low, high)
     wanted, back = np.unique(phase, return_inverse=True)
-    points = between(sheets.curves.search(), {curve.order: curve.around()}, {curve.order: wanted})[curve.order]
+    points = points_between(sheets.curves.search(), {curve.order: curve.over_three_turns()}, {curve.order: wanted})[
+        curve.order
+    ]
     if len(points) < len(wanted):
         return None
     sky = sheets.sky(points.line_of_sight)

@@ -85,7 +85,7 @@ def summed(
     them, 1 where images lie to the left of arcs, -1 where to the right, and 0 of arcs that do not bound them.
     """
     points, error = seen_points(sky, arcs)
-    seen_hole = sky.shown(hole[None])[0]
+    seen_hole = sky.to_viewer(hole[None])[0]
 
     def bounded(sign: Float[Array, " arcs"]) -> list[Boundary]:
         chosen = np.flatnonzero(sign)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from kerrcaustics.curves.critical_curves import CriticalCurve, CriticalCurves, between
+from kerrcaustics.curves.critical_curves import CriticalCurve, CriticalCurves, points_between
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.numerics.parts import inner_parts
@@ -51,8 +51,8 @@ def _refined(curves: CriticalCurves, curve: CriticalCurve, circle: Circle) -> Cr
         start, step, parts = closed.edge_phase[:-1][divided], np.diff(closed.edge_phase)[divided], parts[divided]
         which, part = inner_parts(parts)
         new = start[which] + step[which] * part
-        around = replace(curve, points=points).around()
-        more = between(search, {curve.order: around}, {curve.order: new})[curve.order]
+        around = replace(curve, points=points).over_three_turns()
+        more = points_between(search, {curve.order: around}, {curve.order: new})[curve.order]
         if not len(more):
             break
         points = points.joined(more)

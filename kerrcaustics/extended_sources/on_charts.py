@@ -138,7 +138,7 @@ def _witnesses(
     surface = disc.surface
     certificate = certificate_of(surface, viewer, max_index)
     places = _probes(disc, circles)
-    searched = certificate.searched(places)
+    searched = certificate.images(places)
     sure, height = searched.certified, disc.height(surface.vectors(places))
     remarks = []
     if not (sure & (height < 0)).any():

@@ -71,7 +71,7 @@ def measured_on_sheets(
     is_limb = np.arange(len(whole)) < len(arcs)
     parity = _parity(whole)
     # A critical curve bounds the images of its own order on the side of the hole, and those of one less beyond.
-    side = _sense(sheets, sky, sky.shown(hole[None])[0])
+    side = _sense(sheets, sky, sky.to_viewer(hole[None])[0])
 
     def signs(index: int | None) -> Float[Array, " arcs"]:
         if index is None:
@@ -195,7 +195,7 @@ def _critical(sheets: Sheets, rim: Circle, limb: _Followed) -> tuple[BoundaryArc
 def _sense(sheets: Sheets, sky: SearchSky, hole: Float[Array, " axes"]) -> float:
     """1 where critical curves run round the hole anticlockwise as their edge phase grows, else -1."""
     curve = sheets.curves.curves[-1]
-    places = sky.shown(sheets.sky(curve.points.line_of_sight))
+    places = sky.to_viewer(sheets.sky(curve.points.line_of_sight))
     return float(np.sign(turns_about(hole, places[None])[0]))
 
 
@@ -230,6 +230,6 @@ def _probes(
     centre = np.tile(rim.axes[2], (len(radius), 1))
     step = np.cos(azimuth)[:, None] * rim.axes[0] + np.sin(azimuth)[:, None] * rim.axes[1]
     place = moved(centre, (radius * rim.angle)[:, None] * step)
-    far = np.argsort(-sheets.counted(place).distance) if beside_caustics else np.arange(len(radius))
+    far = np.argsort(-sheets.expected_counts(place).distance) if beside_caustics else np.arange(len(radius))
     chosen = np.concatenate([far[radius[far] < 1][:_INSIDE], far[radius[far] > 1][:_BESIDE_IT]])
     return radius[chosen], place[chosen]

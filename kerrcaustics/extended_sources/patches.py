@@ -183,7 +183,7 @@ def patches_in_plane(domain: Ring, disc: Disc, max_index: int) -> list[Patch]:
     radii = np.array([max(radius - around, horizon + _FROM_HORIZON * (nearest - horizon)), radius + around])
     for many in (False, True):
         circles = domain.circles(many=many)
-        splines = circles.around(radii)
+        splines = circles.distances(radii)
         if all(spline is not None for spline in splines):
             break
     if any(spline is None for spline in splines):

@@ -15,7 +15,7 @@ from kerrcaustics.extended_sources.limb import GuessedArcs
 from kerrcaustics.images.search import ImageSearch, search
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.search_sky import TOLERANCE
-from kerrcaustics.lens_map.sky_chart import Chart, apart, chart_of
+from kerrcaustics.lens_map.sky_chart import Chart, chart_difference, chart_of
 from kerrcaustics.level_curves.branches import Branches
 from kerrcaustics.level_curves.links import Links, plain_cost
 from kerrcaustics.numerics.matching import best_matches
@@ -71,7 +71,7 @@ def of_small_images(
     if following is None:
         return None, searched
     kind = images.index
-    cubics = Cubics(place, apart(kind, place, place[following]), rate, rate[following])
+    cubics = Cubics(place, chart_difference(kind, place, place[following]), rate, rate[following])
     guess = _guess(chart, kind, cubics)
     p, none = longitude[images.star], np.zeros(len(kind))
     links = Links(np.arange(len(kind)), following, kind, none, none, p, p + 2 * math.pi / _POINTS)
@@ -90,7 +90,7 @@ def _following(
         columns = [np.flatnonzero((star == i) & (index == k)) for i in range(_POINTS)]
         for first, second in zip(columns, columns[1:] + columns[:1], strict=True):
             kinds = np.full((len(first), len(second)), k)
-            step = apart(kinds, place[first][:, None], place[second][None])
+            step = chart_difference(kinds, place[first][:, None], place[second][None])
             cost = plain_cost(step, rate[first][:, None], rate[second][None], np.zeros(kinds.shape))
             rows, chosen = best_matches(cost)
             best = cost[rows, chosen]

@@ -42,19 +42,26 @@ from kerrcaustics.spacetime.camera import Velocity
 
 # Of the integral along the limb, and of each integral from a fold to the limb, by Gauss and Legendre.
 _NODES = 32, 8
-# Fewer of both; up to this relative difference the error with all of them is about its square.
+# Fewer of both, for the error; and the relative difference below which that is about its square.
 _FEWER, _AGREES = (20, 5), 1e-4
 # Of the caustic within the disc.
 _LINE = 9
-# A patch is wider than its images by this factor; the largest that is left of its polynomials. An image of a disc may
-# be longer than the slopes at its centre imply, by the third factor; beyond the fourth a patch says nothing of a place.
-_MARGIN, _RESOLVED, _LONGER, _WITHIN = 1.3, 1e-7, 10, 1.02
-
+# Width of a patch over that of its images.
+_MARGIN = 1.3
+# Largest tail of the polynomials of a patch.
+_RESOLVED = 1e-7
+# Largest length of an image over that implied by the slopes at its centre.
+_LONGER = 10
+# Largest coordinate on a patch at which it is valid.
+_WITHIN = 1.02
 _LINE_AT = chebyshev.chebpts1(_LINE)
 _TO_LINE = coefficients_from(_LINE_AT)
-# Nodes of the patch of a single image; of the integral over a disc, by Gauss and Legendre in the square of the radius:
-# places and weights, exact for polynomials of degree 11.
-_IMAGE_NODES, _RINGS, _TURNS = 9, 6, 12
+# Nodes of the patch of a single image, along one side.
+_IMAGE_NODES = 9
+# Nodes of the integral over a disc in the square of the radius: exact for polynomials of degree 11.
+_RINGS = 6
+# Nodes of it in angle.
+_TURNS = 12
 _SQUARES, _DISC_SHARES = leggauss(_RINGS)
 _DISC_SHARES = _DISC_SHARES / 2
 _ANGLES = 2 * np.pi / _TURNS * np.arange(_TURNS)
@@ -230,9 +237,10 @@ def _density(place: Place, patch: Patch, at: Pair) -> Array:
 class Shape(NamedTuple):
     """The lens map at a fold.
 
-    axes: steps on the camera sky along the kernel of J and across it (columns); across: the caustic's normal, toward
-    the bright side; bend: how far the star moves there, and along the caustic, per square of a step along the kernel;
-    major: the beam's major diameter.
+    axes: steps on the camera sky along the kernel of J and across it, columns.
+    across: normal of the caustic, toward the bright side.
+    bend: displacement of the star across the caustic and along it, per square of a step along the kernel.
+    major: major diameter of the beam.
     """
 
     axes: Float[Array, "3 2"]
@@ -252,8 +260,7 @@ def pair_area(numbers: Vector, disc: Disc, near: Vector, motion: Moving) -> Arra
     resolved = fold.found & (fixed(patch.tail()) < _RESOLVED)
     caustic = _caustic(patch, disc.radius)
     areas = [_integral(patch, place, disc, caustic, rule) for rule in (_NODES, _FEWER)]
-    more = disc.radius**2 + jnp.abs(areas[0])
-    resolved &= jnp.abs(fixed(areas[1] - areas[0])) < _AGREES * fixed(more)
+    resolved &= jnp.abs(fixed(areas[1] - areas[0])) < _AGREES * fixed(disc.radius**2 + jnp.abs(areas[0]))
     return jnp.where(resolved, areas[0], jnp.nan)
 
 

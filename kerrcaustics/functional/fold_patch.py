@@ -18,9 +18,12 @@ from kerrcaustics.beams.differentiable import end
 from kerrcaustics.beams.moving import Moving
 from kerrcaustics.functional.local_map import Vector, jacobian, smooth, tangents, unit
 
-# Nodes of a patch along one side; the half-width of the patch in which a fold is looked for, times the major diameter;
-# the most patches on the way to a fold.
-NODES, REACH, _PATCHES = 13, 0.05, 40
+NODES = 13
+"""Nodes of a patch along one side."""
+REACH = 0.05
+"""Half-width of the patch in which a fold is searched for, times the major diameter."""
+# Most patches on the way to a fold.
+_PATCHES = 40
 # Steps of Newton's method to a root.
 _STEPS = 8
 
@@ -124,8 +127,11 @@ def fold_determinant(patch: Patch, at: Pair) -> Array:
 class Fold(NamedTuple):
     """A point of a critical curve.
 
-    place, patch: of n' next to it; at: its place there; extra: further unknowns; found: false, and all else worthless,
-    where there is none.
+    place: the square of the camera sky next to the fold.
+    patch: polynomials of n' there.
+    at: coordinates of the fold on the patch.
+    extra: further unknowns.
+    found: False if there is no fold; the other fields are then undefined.
     """
 
     place: Place

@@ -32,17 +32,22 @@ from kerrcaustics.spacetime.camera import Velocity
 
 # Newton's steps must shrink by this factor at least, or the star goes a shorter way at once.
 _CONTRACTION = 0.3
-# The largest step on the sky; the shortest part of the way; the most steps in all.
-_LONGEST, _SHORTEST, _MOST = 0.5, 1e-7, 150
+# Largest Newton step on the sky, radians.
+_LONGEST = 0.5
+# Shortest part of the star's way between two images.
+_SHORTEST = 1e-7
+# Most steps in all.
+_MOST = 150
 # Of n', relative to 1 + its derivatives: from here one step more leaves round-off.
 _RESOLVED = 1e-12
 
 
 class Images(NamedTuple):
-    """Images of a star; NaN where one is lost.
+    """Images of a star, NaN where one is lost.
 
-    sky: directions N on the camera sky (..., 3), unit vectors; magnification, 1 / |det J| (...); time, from infinity to
-    the camera, as `travel_time` (...).
+    sky: directions N on the camera sky (..., 3), unit vectors.
+    magnification: 1 / |det J| (...).
+    time: time from infinity to the camera, as `travel_time` (...).
     """
 
     sky: Array
@@ -53,9 +58,15 @@ class Images(NamedTuple):
 class Newton(NamedTuple):
     """Newton's method on its way.
 
-    begun: the end of the first line of sight; at: the last image of a star on the way, when the star was at `part` of
-    it; stride: the part of the way to the next; trial: the line of sight that is tried, after `tries` steps, the last
-    of length `size`; found: the whole way is done; steps: their number.
+    begun: end of the first line of sight.
+    at: last image of a star on the way.
+    part: part of the way at which the star was then.
+    stride: part of the way from there to the next star.
+    trial: line of sight that is tried next.
+    tries: steps since the last image.
+    size: length of the last of them, radians.
+    found: True when the whole way is done.
+    steps: number of steps in all.
     """
 
     begun: Array

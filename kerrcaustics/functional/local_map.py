@@ -32,11 +32,11 @@ def jacobian(
     """n' (and the time) of a line of sight, and its derivatives along `tangents` of the camera sky."""
     basis = tangents(sky)
 
-    def there(shift: Array) -> tuple[Array, Array]:
+    def arrival_at(shift: Array) -> tuple[Array, Array]:
         arrival = end(jnp.concatenate([place, unit(sky + basis @ shift)]), motion, timed=timed)
         return arrival, arrival
 
-    columns, arrival = jax.jacfwd(there, has_aux=True)(jnp.zeros(2))
+    columns, arrival = jax.jacfwd(arrival_at, has_aux=True)(jnp.zeros(2))
     return arrival, columns
 
 
@@ -47,12 +47,12 @@ def expansion(
     basis = tangents(sky)
 
     def moved(numbers: Float[Array, "5"]) -> tuple[Any, Any]:
-        def there(shift: Array) -> tuple[Array, Array]:
+        def arrival_at(shift: Array) -> tuple[Array, Array]:
             direction = unit(sky + basis @ (numbers[3:] + shift))
             arrival = end(jnp.concatenate([numbers[:3], direction]), motion, timed=timed)
             return arrival, arrival
 
-        columns, arrival = jax.jacfwd(there, has_aux=True)(jnp.zeros(2))
+        columns, arrival = jax.jacfwd(arrival_at, has_aux=True)(jnp.zeros(2))
         return (arrival, columns), (arrival, columns)
 
     columns, values = jax.jacfwd(moved, has_aux=True)(jnp.concatenate([place, jnp.zeros(2)]))
@@ -100,11 +100,11 @@ def with_columns(value: Function, both: Both) -> Function:
 def smooth(function: Function) -> Function:
     """`with_columns` for a function that returns a vector; derivatives are taken forward, together with its values."""
 
-    def both(arguments: Array, settings: Any) -> tuple[Array, Array]:
+    def values_twice(arguments: Array, settings: Any) -> tuple[Array, Array]:
         def twice(arguments: Array) -> tuple[Array, Array]:
             values = function(arguments, settings)
             return values, values
 
         return jax.jacfwd(twice, has_aux=True)(arguments)[::-1]
 
-    return with_columns(function, both)
+    return with_columns(function, values_twice)

@@ -36,7 +36,7 @@ def direction(
     ------
     1e-13 or so times the beam's major diameter; each derivative loses one more power of it.
     """
-    return _traced(spin, radius, inclination, sky, velocity, timed=False)
+    return _ray_end(spin, radius, inclination, sky, velocity, timed=False)
 
 
 def travel_time(
@@ -46,10 +46,10 @@ def travel_time(
 
     Errors: about 1e-13 times the length of the path, and 1e-13 times the major diameter.
     """
-    return _traced(spin, radius, inclination, sky, velocity, timed=True)[..., 3]
+    return _ray_end(spin, radius, inclination, sky, velocity, timed=True)[..., 3]
 
 
-def _traced(spin: Any, radius: Any, inclination: Any, sky: Any, velocity: Velocity, *, timed: bool) -> Array:
+def _ray_end(spin: Any, radius: Any, inclination: Any, sky: Any, velocity: Velocity, *, timed: bool) -> Array:
     motion = motion_of(velocity)
     with float64():
         place, sky = wide_place(spin, radius, inclination), wide("sky", sky)

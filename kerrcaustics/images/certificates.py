@@ -46,20 +46,20 @@ class SheetsCertificate:
     max_index: int
     follows: ClassVar[bool] = True
 
-    def searched(self, places: Float[Array, "sources 2"]) -> ImageSearch:
+    def images(self, places: Float[Array, "sources 2"]) -> ImageSearch:
         """All images of sources."""
         surface = self.domain.surface
         vectors = surface.vectors(places)
         images = search(sheets_of(self.viewer, self.max_index, surface), vectors)
         return sharpened(search_sky(self.viewer), images, vectors, surface)
 
-    def counted(self, places: Float[Array, "sources 2"], *, find: bool) -> Counts:
+    def counts(self, places: Float[Array, "sources 2"], *, find: bool) -> Counts:
         """Numbers of images. find: also by a search, which certifies them."""
         if find:
-            images = self.searched(places)
+            images = self.images(places)
             return Counts(images.counts, images.expected, np.any(images.on_caustic, axis=1), images.certified)
         surface = self.domain.surface
-        counted = sheets_of(self.viewer, self.max_index, surface).counted(surface.vectors(places))
+        counted = sheets_of(self.viewer, self.max_index, surface).expected_counts(surface.vectors(places))
         certified = np.zeros(len(places), bool)
         return Counts(counted.expected, counted.expected, np.any(counted.on_caustic, axis=1), certified)
 
@@ -71,7 +71,7 @@ class ExchangeCertificate(SheetsCertificate):
     domain: TwoLeaves
     follows: ClassVar[bool] = False
 
-    def searched(self, places: Float[Array, "sources 2"]) -> ImageSearch:
+    def images(self, places: Float[Array, "sources 2"]) -> ImageSearch:
         """All images of sources."""
         return search_within(self.viewer, places, self.max_index, self.domain.surface)
 
@@ -85,13 +85,13 @@ class ArcsCertificate:
     max_index: int
     follows: ClassVar[bool] = False
 
-    def searched(self, places: Float[Array, "sources 2"]) -> ImageSearch:
+    def images(self, places: Float[Array, "sources 2"]) -> ImageSearch:
         """All images of sources."""
-        return circle_arcs.searched(self.domain, places, self.max_index)
+        return circle_arcs.search_arcs(self.domain, places, self.max_index)
 
-    def counted(self, places: Float[Array, "sources 2"], *, find: bool) -> Counts:
+    def counts(self, places: Float[Array, "sources 2"], *, find: bool) -> Counts:
         """Numbers of images."""
-        counts, near, certified = circle_arcs.counted(self.domain, places, self.max_index)
+        counts, near, certified = circle_arcs.count_on_arcs(self.domain, places, self.max_index)
         return Counts(counts, counts, near, certified)
 
 

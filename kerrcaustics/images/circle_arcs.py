@@ -1,7 +1,7 @@
 """A circle in the plane, cut where its azimuth turns back: arcs on which every source is seen at most once a turn.
 
-The images of a source at one crossing are those on the arcs of its circle: `searched` finds them, `counted` counts
-them.
+The images of a source at one crossing are those on the arcs of its circle: `search_arcs` finds them, `count_on_arcs`
+counts them.
 """
 
 import math
@@ -27,18 +27,32 @@ from kerrcaustics.spacetime.viewer import Viewer
 Array = np.ndarray
 
 _TURN = 2 * math.pi
-# Places looked at first; the longest step in azimuth; parts into which a step is cut, in rounds of which the first ones
-# look around places, too, where the beam is thinnest, and where the azimuth may run a whole turn; most places.
-_PLACES, _LONGEST, _PARTS, _ROUNDS, _THIN_ROUNDS, _TURN_ROUNDS, _MOST_PLACES = 384, 0.3, 4, 7, 2, 4, 20_000
+# Places on the circle that are sampled first.
+_PLACES = 384
+# Longest step in azimuth, radians.
+_LONGEST = 0.3
+# Parts into which a step is cut.
+_PARTS = 4
+# Rounds of cutting.
+_ROUNDS = 7
+# The first rounds, in which steps beside the thinnest beams are cut too.
+_THIN_ROUNDS = 2
+# The first rounds, in which steps whose azimuth may run a whole turn are cut too.
+_TURN_ROUNDS = 4
+# Most places on the circle.
+_MOST_PLACES = 20_000
 # Steps in azimuth below so many errors have no sense.
 _ERRORS = 20.0
 # Relative to the radius, what counts as no difference from it.
 _ROUND_OFF = 1e-14
 # At a fold the beam is flat: delta_minus is no larger than this part of delta_plus.
 _FLAT = 1e-6
-# Between places of one index the beam is looked at where a parabola makes it thinner by this factor; the least that
-# differs from a flat one, in errors; a step in ln r that gives its slope.
-_THINNER, _CERTAIN, _BESIDE = 0.5, 10.0, 1e-6
+# The beam between places of one index is traced where a parabola through their ratios falls below this part of them.
+_THINNER = 0.5
+# Errors by which a ratio differs at least from that of a flat beam.
+_CERTAIN = 10.0
+# Step in ln r for the slope of the ratio.
+_BESIDE = 1e-6
 # A source so many errors from where the azimuth turns back cannot be distinguished from a caustic.
 _BLUR_ERRORS = 10.0
 _NEAREST = {"xatol": 1e-9, "xrtol": 0.0, "fatol": 0.0, "frtol": 0.0}
@@ -49,9 +63,14 @@ _TIGHT = {"absolute": 1e-15, "relative": 1e-14}
 class Arcs:
     """The image of one circle at one crossing.
 
-    low, high: the points at both ends of each arc, in the order of edge phase, each row followed by the next one and
-    the last by the first; index of each arc; folds: the points between arcs of different index, where the azimuth turns
-    back. remarks: what is uncertain, in words; empty where the arcs are the whole circle.
+    circles: the circles of the crossing.
+    radius: radius of the circle.
+    distance: distance of the image from the shadow edge, a function of edge phase; None if lines miss it.
+    low: points at the starts of the arcs, in the order of edge phase.
+    high: points at their ends, each the start of the next arc, the last one that of the first.
+    index: Morse index of each arc.
+    folds: points between arcs of different index, where the azimuth turns back.
+    remarks: remarks on what is uncertain, empty where the arcs are the whole circle.
     """
 
     circles: Circles
@@ -73,7 +92,7 @@ class Arcs:
         """1 where the azimuth grows with the edge phase, -1 where it falls: as the index says."""
         return _sense(self.circles, self.index)
 
-    def at(self, edge_phase: Float[Array, " points"]) -> Crossings:
+    def points_at(self, edge_phase: Float[Array, " points"]) -> Crossings:
         """Points of the circle, of index -1 where they could not be found."""
         assert self.distance is not None
         points = self.circles.on_circle(edge_phase, np.full(len(edge_phase), self.radius), self.distance(edge_phase))
@@ -84,10 +103,10 @@ class Arcs:
     ) -> Float[Array, " steps"]:
         """Edge phases of steps along the circle at which a quantity of points vanishes; the middle where none does."""
 
-        def at(step: Array, start: Array) -> Array:
-            return value(self.at((start + step) % _TURN))
+        def value_at(step: Array, start: Array) -> Array:
+            return value(self.points_at((start + step) % _TURN))
 
-        root = bracketed_roots(at, (np.zeros(len(start)), width), (start,), **_TIGHT)
+        root = bracketed_roots(value_at, (np.zeros(len(start)), width), (start,), **_TIGHT)
         return (start + np.where(np.isfinite(root.x), root.x, width / 2)) % _TURN
 
     def _astray(self, points: Crossings) -> Bool[Array, " points"]:
@@ -108,14 +127,14 @@ def _kept_arcs(domain: Ring, radius: float) -> Arcs:
 
 
 def _arcs(circles: Circles, radius: float) -> Arcs:
-    (distance,) = circles.around(np.array([radius]))
+    (distance,) = circles.distances(np.array([radius]))
     none = circles.on_circle(*np.empty((3, 0)))
     if distance is None:
         doubt = f"the circle r = {radius:.12g} is not seen once on every line across the shadow edge"
         return Arcs(circles, radius, None, none, none, np.empty(0, int), none, (doubt,))
     edge_phase = even_phases(circles.camera, (np.arange(_PLACES) + 0.5) / _PLACES)
     blank = Arcs(circles, radius, distance, none, none, np.empty(0, int), none, ())
-    points, touching = _thinnest(blank, _sampled(blank, blank.at(edge_phase)))
+    points, touching = _with_flattest_points(blank, _sampled(blank, blank.points_at(edge_phase)))
     known = points.index >= 0
     points, lost = points[known], int((~known).sum())
     if len(points) < 2:
@@ -145,7 +164,7 @@ def _lost(places: int, folds: Crossings) -> tuple[str, ...]:
     return (*said, *([f"{bent} events could not be found: the index changes where no beam is flat"] if bent else []))
 
 
-def _thinnest(arcs: Arcs, points: Crossings) -> tuple[Crossings, tuple[str, ...]]:
+def _with_flattest_points(arcs: Arcs, points: Crossings) -> tuple[Crossings, tuple[str, ...]]:
     """The points, and those between two of one index where a flat beam may hide; in words, where that is not certain.
 
     A circle that just reaches a caustic crosses it twice within a step. There delta_minus is followed down to where it
@@ -167,12 +186,12 @@ def _thinnest(arcs: Arcs, points: Crossings) -> tuple[Crossings, tuple[str, ...]
     from scipy.optimize import elementwise
 
     def depth(step: Array, start: Array, sign: Array) -> Array:
-        return sign * arcs.at((start + step) % _TURN).ratio
+        return sign * arcs.points_at((start + step) % _TURN).ratio
 
     bracket = back[chosen], np.zeros(int(chosen.sum())), ahead[chosen]
     args = points.edge_phase[chosen], np.sign(points.ratio[chosen])
     step = elementwise.find_minimum(depth, bracket, args=args, tolerances=_NEAREST).x
-    added = arcs.at((points.edge_phase[chosen] + np.where(np.isfinite(step), step, 0)) % _TURN)
+    added = arcs.points_at((points.edge_phase[chosen] + np.where(np.isfinite(step), step, 0)) % _TURN)
     joined = points.joined(added)
     return joined[np.argsort(joined.edge_phase, kind="stable")], _touching(arcs, added)
 
@@ -193,7 +212,7 @@ def _sampled(arcs: Arcs, points: Crossings) -> Crossings:
     """Points so dense that what lies between them is known."""
     for number in range(_ROUNDS):
         following = points[np.roll(np.arange(len(points)), -1)]
-        coarse = ~_plain(arcs, points, following)
+        coarse = ~_is_resolved(arcs, points, following)
         if number < _THIN_ROUNDS:
             size = np.abs(points.ratio)
             thin = (size <= np.roll(size, 1)) & (size <= np.roll(size, -1))
@@ -205,12 +224,12 @@ def _sampled(arcs: Arcs, points: Crossings) -> Crossings:
             break
         start, end = points.edge_phase[coarse], following.edge_phase[coarse]
         between = start + ((end - start) % _TURN) * np.arange(1, _PARTS)[:, None] / _PARTS
-        points = points.joined(arcs.at(between.ravel() % _TURN))
+        points = points.joined(arcs.points_at(between.ravel() % _TURN))
         points = points[np.argsort(points.edge_phase, kind="stable")]
     return points
 
 
-def _plain(arcs: Arcs, first: Crossings, second: Crossings) -> Array:
+def _is_resolved(arcs: Arcs, first: Crossings, second: Crossings) -> Array:
     """True for short steps on which the azimuth runs as the index says, or that hold one fold."""
     step = step_between(first, second)
     known = (first.index >= 0) & (second.index >= 0)
@@ -231,7 +250,7 @@ def step_between(first: Crossings, second: Crossings) -> Float[Array, " points"]
 
 
 def _unresolved(arcs: Arcs, first: Crossings, second: Crossings) -> tuple[str, ...]:
-    wrong = int((~_plain(arcs, first, second)).sum())
+    wrong = int((~_is_resolved(arcs, first, second)).sum())
     if wrong:
         return (f"{wrong} of {len(first)} steps along the circle could not be resolved",)
     turns = arcs.circles.side * step_between(first, second).sum() / _TURN
@@ -243,20 +262,20 @@ def _folds(arcs: Arcs, first: Crossings, second: Crossings) -> Crossings:
     if not len(first):
         return first
     width = (second.edge_phase - first.edge_phase) % _TURN
-    return arcs.at(arcs.where(lambda points: points.flatness, first.edge_phase, width))
+    return arcs.points_at(arcs.where(lambda points: points.flatness, first.edge_phase, width))
 
 
-def searched(domain: Ring, places: Float[Array, "sources 2"], max_index: int) -> ImageSearch:
+def search_arcs(domain: Ring, places: Float[Array, "sources 2"], max_index: int) -> ImageSearch:
     """All images of sources (r, phi), by rays at their n-th crossing."""
-    return searched_together([_one(domain, radius, phi, max_index) for radius, phi in places.tolist()])
+    return searched_together([_images_of_source(domain, radius, phi, max_index) for radius, phi in places.tolist()])
 
 
-def _one(domain: Ring, radius: float, phi: float, max_index: int) -> ImageSearch:
+def _images_of_source(domain: Ring, radius: float, phi: float, max_index: int) -> ImageSearch:
     arcs = arcs_of(domain, radius)
-    edge_phase, index = _seen(arcs, phi)
+    edge_phase, index = _edge_phases_of(arcs, phi)
     kept = index <= max_index
     edge_phase, index = edge_phase[kept], index[kept]
-    places = arcs.at(edge_phase) if len(edge_phase) else arcs.low[:0]
+    places = arcs.points_at(edge_phase) if len(edge_phase) else arcs.low[:0]
     order = np.lexsort((edge_phase, index))
     places, index = places[order], index[order]
     miss = np.hypot(np.log(places.radius / radius), _away(places.azimuth, phi))
@@ -274,7 +293,7 @@ def _one(domain: Ring, radius: float, phi: float, max_index: int) -> ImageSearch
     )
 
 
-def counted(
+def count_on_arcs(
     domain: Ring, places: Float[Array, "sources 2"], max_index: int
 ) -> tuple[Int[Array, "sources indices"], Bool[Array, " sources"], Bool[Array, " sources"]]:
     """Counts of images, and True for sources on a caustic, and for certified ones: quick for many on one circle."""
@@ -283,7 +302,7 @@ def counted(
     for radius in in_steps("circle", np.unique(places[:, 0]).tolist()):
         arcs = arcs_of(domain, radius)
         for i in np.flatnonzero(places[:, 0] == radius).tolist():
-            holds = _holding(arcs, places[i, 1])
+            holds = _arcs_containing(arcs, places[i, 1])
             counts[i] = np.bincount(arcs.index[holds], minlength=max_index + 1)[: max_index + 1]
             near[i] = _touched(arcs, places[i, 1], max_index).any()
             certified[i] = not (arcs.remarks or near[i])
@@ -303,7 +322,7 @@ def _away(azimuth: Float[Array, "*n"], phi: Float[Array, "*n"] | float) -> Float
     return (azimuth - phi + math.pi) % _TURN - math.pi
 
 
-def _holding(arcs: Arcs, phi: float) -> Bool[Array, " arcs"]:
+def _arcs_containing(arcs: Arcs, phi: float) -> Bool[Array, " arcs"]:
     """True for the arcs on which a source is seen; at a common end of two, for one of them."""
     start, end = _away(arcs.low.azimuth, phi), _away(arcs.high.azimuth, phi)
     step = step_between(arcs.low, arcs.high)
@@ -311,9 +330,9 @@ def _holding(arcs: Arcs, phi: float) -> Bool[Array, " arcs"]:
     return ((start > 0) != (end > 0)) & (np.abs(end - start - step) < 1)
 
 
-def _seen(arcs: Arcs, phi: float) -> tuple[Float[Array, " images"], Int[Array, " images"]]:
+def _edge_phases_of(arcs: Arcs, phi: float) -> tuple[Float[Array, " images"], Int[Array, " images"]]:
     """Turn and index at which a source is seen on the circle."""
-    holds = _holding(arcs, phi)
+    holds = _arcs_containing(arcs, phi)
     low, index = arcs.low.edge_phase[holds], arcs.index[holds]
     if not holds.any():
         return low, index

@@ -234,7 +234,7 @@ def image_counts(
     flags(find=find)
     surface, highest = search_surface(camera, end), checked_index(max_index)
     places = surface.checked("stars", stars, camera)
-    of = certificate_of(surface, camera, highest).counted(places, find=find)
+    of = certificate_of(surface, camera, highest).counts(places, find=find)
     return ImageCounts(camera, surface, places, of.found, of.expected, of.on_caustic, of.certified)
 
 
@@ -290,7 +290,7 @@ def count_map(
     levels = surface.levels(camera, rows) if radii is None else _checked_radii(surface, camera, radii)
     phi = (np.arange(2 * rows) + 0.5) * math.pi / rows
     grid = np.stack(np.meshgrid(levels, phi, indexing="ij"), axis=-1)
-    cells = certificate_of(surface, camera, highest).counted(grid.reshape(-1, 2), find=False)
+    cells = certificate_of(surface, camera, highest).counts(grid.reshape(-1, 2), find=False)
     shape = grid.shape[:2]
     near, certified = cells.on_caustic.reshape(shape), cells.certified.reshape(shape)
     return CountMap(camera, surface, levels, phi, cells.expected.reshape(*shape, -1), near, certified)

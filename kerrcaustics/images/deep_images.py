@@ -19,17 +19,25 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
-# Errors of images that are worth it, in radians and of the time relative to it, and the least index.
-_POOR, _LATE, _WINDING = 1e-10, 1e-11, 2
+# Error of a direction, radians, above which an image is refined.
+_POOR = 1e-10
+# Error of the time, relative to it, above which an image is refined.
+_LATE = 1e-11
+# Least Morse index of images that are refined.
+_WINDING = 2
 # Newton steps, and the half-width of the differences that stand for derivatives, in s and in ln |d|.
 _STEPS, _DIFFERENCE = 4, 1e-6
-# Rounding of n' by radian of the way, of the time relative to it, and of N.
-_OF_END, _OF_TIME, _OF_SKY = 2e-15, 1e-15, 4e-16
+# Rounding of n' by radian of the way.
+_OF_END = 2e-15
+# Rounding of the time, relative to it.
+_OF_TIME = 1e-15
+# Rounding of N, radians.
+_OF_SKY = 4e-16
 # Steps that put N back where it has the wanted d, and what they may miss it by.
 _RETURNS, _BESIDE = 3, 1e-13
 
 
-class Deep(NamedTuple):
+class RefinedImages(NamedTuple):
     """Images that were refined: their numbers, directions N and their errors, times from the star and their errors."""
 
     which: Array
@@ -56,7 +64,7 @@ class _Ends(NamedTuple):
         return np.stack([both, both + turned], axis=-1)
 
 
-def is_deep(
+def needs_refinement(
     index: Int[Array, " images"],
     error: Float[Array, " images"],
     time: Float[Array, " images"] | None,
@@ -72,14 +80,14 @@ def is_deep(
     return poor & (index >= _WINDING)
 
 
-def deepened(
+def refined_at_shadow_edge(
     camera: Viewer,
     sky: Float[Array, "images 3"],
     error: Float[Array, " images"],
     star: Float[Array, "images 3"],
     end: Spherical,
     second_arrival: Bool[Array, " images"],
-) -> Deep:
+) -> RefinedImages:
     """Images close to the shadow edge, to round-off.
 
     Parameters: sky, directions N as the camera sees them, which is at rest; error, of them, radians; star, unit
@@ -89,7 +97,7 @@ def deepened(
     """
     refined, size, time, late, good = _DeepSearch(camera, end, sky, star, second_arrival).run()
     good &= size < error
-    return Deep(np.flatnonzero(good), refined[good], size[good], time[good], late[good])
+    return RefinedImages(np.flatnonzero(good), refined[good], size[good], time[good], late[good])
 
 
 class _DeepSearch:

@@ -49,7 +49,7 @@ def fold_guesses(derivatives: Spline, points: Points, star: Float[Array, "stars 
     Parameters: points: of the curve; winding: of its caustic round the stars, which knows more points close to some.
     """
     known = points.joined(winding.points)
-    fold = _Fold.at(known, derivatives(known.edge_phase))
+    fold = _Fold.from_points(known, derivatives(known.edge_phase))
     curve, close = np.arange(len(points)), np.unique(winding.star)
     far = np.setdiff1d(np.arange(len(star)), close)
     groups = [(far[i : i + _ROWS], curve) for i in range(0, len(far), _ROWS)]
@@ -80,7 +80,7 @@ class _Fold(NamedTuple):
     error: Array
 
     @classmethod
-    def at(cls, points: Points, derivatives: Float[Array, "points 6"]) -> "_Fold":
+    def from_points(cls, points: Points, derivatives: Float[Array, "points 6"]) -> "_Fold":
         sign = np.where(np.einsum("ij,ij->i", points.major, derivatives[:, :3]) < 0, -1.0, 1.0)
         tangent = points.major * sign[:, None]
         normal = np.cross(points.direction, tangent)

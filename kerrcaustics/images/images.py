@@ -7,7 +7,7 @@ import numpy as np
 
 from kerrcaustics.beams.ends import End, Spherical, Wherever
 from kerrcaustics.images.certificates import certificate_of
-from kerrcaustics.images.deep_images import deepened, is_deep
+from kerrcaustics.images.deep_images import needs_refinement, refined_at_shadow_edge
 from kerrcaustics.images.search import ImageSearch, on_rings, ring_remark
 from kerrcaustics.images.sheets import sheets_of
 from kerrcaustics.lens_map.arguments import checked_index, direct_remarks
@@ -176,9 +176,9 @@ def star_images(
     surface, highest = search_surface(camera, end), checked_index(max_index)
     place = surface.checked("star", star, camera, one=True)
     certificate = certificate_of(surface, camera, highest)
-    searched, domain = certificate.searched(place[None]), certificate.domain
+    searched, domain = certificate.images(place[None]), certificate.domain
     images = images_of(camera, surface, [(float(place[0]), float(place[1]))], searched)[0]
-    return images if isinstance(domain, Ring) else _deepened(images, searched, camera, domain.surface)
+    return images if isinstance(domain, Ring) else _refined(images, searched, camera, domain.surface)
 
 
 def images_of(
@@ -186,7 +186,7 @@ def images_of(
 ) -> list[StarImages]:
     """The images that a search for some sources found, source by source, as the camera sees them."""
     lens_map, directions = LensMap(camera, surface), searched.images
-    light = lens_map.seen(directions.sky, directions.second_arrival)
+    light = lens_map.light_at(directions.sky, directions.second_arrival)
     at = measured_light(lens_map, light, directions.sky, directions.error, directions.second_arrival)
     of_images = {
         "sky": at.sky,
@@ -227,17 +227,17 @@ def images_of(
     return images
 
 
-def _deepened(images: StarImages, searched: ImageSearch, camera: Viewer, end: Spherical) -> StarImages:
+def _refined(images: StarImages, searched: ImageSearch, camera: Viewer, end: Spherical) -> StarImages:
     """The same, with those that lie close to the shadow edge to round-off; searched: where they were found.
 
     Refined images are traced anew, so that all that is said of them belongs to their place.
     """
     times = (images.time, images.time_error) if end.finite else (None, None)
-    which = np.flatnonzero(is_deep(searched.images.index, searched.images.error, *times))
+    which = np.flatnonzero(needs_refinement(searched.images.index, searched.images.error, *times))
     if len(which) == 0:
         return images
     star = np.tile(end.vectors(np.array([images.star])), (len(which), 1))
-    deep = deepened(
+    deep = refined_at_shadow_edge(
         search_camera(camera),
         searched.images.sky[which],
         searched.images.error[which],

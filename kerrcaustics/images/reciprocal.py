@@ -72,9 +72,9 @@ def _seen_from(
         for leaf in (False, True):
             on_leaf = np.flatnonzero((second_arrival == leaf) & np.isfinite(sky).all(axis=1))
             here, stars = replace(end, second_arrival=leaf), star[searched.images.star[on_leaf]]
-            guesses = _turned(camera, stars, sky[on_leaf], sign, here) if camera.on_axis else sky[on_leaf]
+            guesses = _rotated_about_axis(camera, stars, sky[on_leaf], sign, here) if camera.on_axis else sky[on_leaf]
             images = _refined(camera, stars, searched.images.index[on_leaf], guesses, here)
-            parts.append(images.of(searched.images.star[on_leaf]))
+            parts.append(images.renumbered(searched.images.star[on_leaf]))
     merged = reduce(SkyImages.merged, parts)
     counts = merged.counts(searched.expected.shape)
     return ImageSearch(merged, counts, searched.expected, searched.on_caustic, searched.ring, sheets.coarse)
@@ -101,7 +101,9 @@ def _motion(camera: Viewer, b: Float[Array, " n"], q: Float[Array, " n"], sign: 
     return motion / np.linalg.norm(motion, axis=-1, keepdims=True)
 
 
-def _turned(camera: Viewer, star: Float[Array, "n 3"], sky: Array, sense: float, end: Sphere) -> Float[Array, "n 3"]:
+def _rotated_about_axis(
+    camera: Viewer, star: Float[Array, "n 3"], sky: Array, sense: float, end: Sphere
+) -> Float[Array, "n 3"]:
     """Directions of a camera on the spin axis, turned about it so that their rays end at the star's azimuth.
 
     sense: of the turn on the sky, which is another one at either pole.

@@ -27,8 +27,12 @@ Array = np.ndarray
 
 # Most stars that are searched together; the cores share them.
 _CHUNK = 1 << 15
-# A star with an image missing is approached from this many others, so far away at most (radians), in so many steps.
-_APPROACHES, _FARTHEST, _WAYPOINTS = 60, 0.3, 8
+# Stars from which a star with an image missing is approached.
+_APPROACHES = 60
+# Their largest distance from it, radians.
+_FARTHEST = 0.3
+# Steps of each approach.
+_WAYPOINTS = 8
 # Newton steps from waypoint to waypoint, and how many images may be followed from one to the next for one star.
 _FEW_STEPS, _MOST_FOLLOWED = 16, 400
 # Newton steps on the plain sky from a place that is known.
@@ -43,8 +47,11 @@ _SAME, _SAME_ERRORS = 1e-9, 10.0
 class SkyImages(Rows):
     """Images, one entry each, on the sky of the camera at rest.
 
-    star: number of the star; index: Morse index; sky: direction; error: of it, radians; second_arrival: True if the ray
-    meets the star's sphere for the second time.
+    star: number of the star.
+    index: Morse index.
+    sky: direction N.
+    error: error of the direction, radians.
+    second_arrival: True if the ray meets the star's sphere for the second time.
     """
 
     star: Int[Array, " images"]
@@ -58,7 +65,7 @@ class SkyImages(Rows):
         """Images by rays that meet the surface for the first time, or the second."""
         return cls(star, index, sky, error, np.full(len(star), second))
 
-    def of(self, names: Int[Array, " stars"]) -> "SkyImages":
+    def renumbered(self, names: Int[Array, " stars"]) -> "SkyImages":
         """The same images, of stars with other numbers."""
         return replace(self, star=names[self.star])
 
@@ -77,10 +84,14 @@ class SkyImages(Rows):
 class ImageSearch:
     """The images of stars, ordered by star, index and place, with the certificate.
 
-    counts: numbers of images; expected: the same from the caustics; on_caustic: True for a star that cannot be
-    distinguished from the caustic of that order; ring: True where that caustic is a point, so that the images next to
-    it are one ring, and not entries. coarse: steps of the grids that were coarser than the search is made for, radians,
-    by index; else 0. remarks: what else is not certain about each star. certificate: the argument behind `certified`.
+    images: the images that were found.
+    counts: numbers of images found.
+    expected: numbers of images that the caustics require.
+    on_caustic: True for a star that cannot be distinguished from the caustic of that order.
+    ring: True where that caustic is a point, so that the images next to it are one ring, and not entries.
+    coarse: by index, the step of a grid that is coarser than the search is made for, radians; 0 for others.
+    remarks: for each star, remarks on what else is not certain.
+    certificate: name of the argument behind `certified`.
     """
 
     images: SkyImages
@@ -104,15 +115,15 @@ def search(sheets: Sheets, star: Float[Array, "stars 3"]) -> ImageSearch:
     size = max(1, min(_CHUNK, -(-len(star) // cores())))
     chunks = [star[i : i + size] for i in range(0, len(star), size)] or [star]
     if len(chunks) == 1:
-        return _searched(sheets, chunks[0])
+        return _searched_thoroughly(sheets, chunks[0])
     with ThreadPoolExecutor(cores()) as pool:
-        return searched_together(list(pool.map(lambda chunk: _searched(sheets, chunk), chunks)))
+        return searched_together(list(pool.map(lambda chunk: _searched_thoroughly(sheets, chunk), chunks)))
 
 
 def searched_together(parts: Sequence[ImageSearch]) -> ImageSearch:
     """Searches for several groups of stars joined into one, group after group."""
     names = np.split(np.arange(sum(len(p.counts) for p in parts)), np.cumsum([len(p.counts) for p in parts[:-1]]))
-    images = [part.images.of(stars) for part, stars in zip(parts, names, strict=True)]
+    images = [part.images.renumbered(stars) for part, stars in zip(parts, names, strict=True)]
     arrays = ("counts", "expected", "on_caustic", "ring")
     return replace(
         parts[0],
@@ -123,9 +134,9 @@ def searched_together(parts: Sequence[ImageSearch]) -> ImageSearch:
     )
 
 
-def _searched(sheets: Sheets, star: Float[Array, "stars 3"]) -> ImageSearch:
+def _searched_thoroughly(sheets: Sheets, star: Float[Array, "stars 3"]) -> ImageSearch:
     """Stars whose images do not match their number are searched again, more widely; then along paths."""
-    counted = sheets.counted(star)
+    counted = sheets.expected_counts(star)
     images = _images(sheets, star, sheets.starts(star, NARROW))
     on_caustic = np.any(counted.on_caustic, axis=1)
     # Next to a caustic both counts are put to the test.
@@ -137,10 +148,10 @@ def _searched(sheets: Sheets, star: Float[Array, "stars 3"]) -> ImageSearch:
     for starts in (beside_folds, lambda which: sheets.starts(star[which], WIDE)):
         doubtful = np.flatnonzero((images.counts(counted.expected.shape) != counted.expected).any(axis=1) | delicate)
         if doubtful.size:
-            images = images.merged(_images(sheets, star[doubtful], starts(doubtful)).of(doubtful))
+            images = images.merged(_images(sheets, star[doubtful], starts(doubtful)).renumbered(doubtful))
     missing = np.argwhere((images.counts(counted.expected.shape) < counted.expected) & ~on_caustic[:, None])
     for i, k in missing.tolist():
-        images = images.merged(_approached(sheets, star[i], k, int(counted.expected[i, k])).of(np.array([i])))
+        images = images.merged(_approached(sheets, star[i], k, int(counted.expected[i, k])).renumbered(np.array([i])))
     ring = counted.on_caustic & np.array([curve.is_point for curve in sheets.curves])
     images = images[~on_rings(ring)[images.star, images.index]]
     counts = images.counts(counted.expected.shape)
@@ -157,7 +168,7 @@ def _approached(sheets: Sheets, star: Float[Array, " 3"], index: int, count: int
     # Shorter steps toward the end, where a caustic may be close.
     paths = star + np.linspace(1, 0, _WAYPOINTS)[:, None, None] ** 2 * far
     paths /= np.linalg.norm(paths, axis=-1, keepdims=True)
-    counts = sheets.counted(paths[:-1].reshape(-1, 3)).expected[:, index].reshape(_WAYPOINTS - 1, _APPROACHES)
+    counts = sheets.expected_counts(paths[:-1].reshape(-1, 3)).expected[:, index].reshape(_WAYPOINTS - 1, _APPROACHES)
     images = SkyImages.arriving(np.empty(0, int), np.empty(0, int), np.empty((0, 3)), np.empty(0))
     followed = 0
     for path in paths[:, (counts == count).all(axis=0)].swapaxes(0, 1):

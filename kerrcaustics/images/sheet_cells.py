@@ -18,9 +18,12 @@ Array = np.ndarray
 
 # Nodes next to a sheet's edge that are corners of cells, counted from it.
 _NEAR_EDGE = np.array([1, 2, 4, 8])
-# Circles that cover a cell's image: how much larger than its corners ask for, most of them, and how far, in parts of
-# its length, the image may bend.
-_REACH, _MOST_BALLS, _SAG = 1.25, 12, 0.05
+# Radius of circles that cover a cell's image, over the least that covers its corners.
+_REACH = 1.25
+# Most circles for a cell.
+_MOST_BALLS = 12
+# Bend of a cell's image, in parts of its length, that the circles cover.
+_SAG = 0.05
 # How far outside a cell, in parts of it, the linear model of the map may put the star, beside the margin.
 _LINEAR = 0.25
 # Circles whose radii differ by less than this factor are taken for equal: they are searched together.
@@ -38,20 +41,20 @@ class _Circles:
     cell: Int[Array, " circles"]
     radius: Float[Array, " circles"]
 
-    def around(self, star: Float[Array, "stars 3"], wider: float) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
+    def pairs(self, star: Float[Array, "stars 3"], wider: float) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
         """Pairs of a star and a circle that holds it, its radius multiplied by a factor: by all distances."""
-        square = self._beyond - 2 * star @ self.centre.T
+        square = self._square_plus_one - 2 * star @ self.centre.T
         which, circle = np.nonzero(square <= (wider * self.radius) ** 2 + _ROUND_OFF)
         return which, circle
 
-    def around_many(self, star: "KDTree", wider: float) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
+    def pairs_of_many(self, star: "KDTree", wider: float) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
         """The same by a tree of the stars, for circles of one radius."""
         reach = wider * float(self.radius[0])
         pairs = star.sparse_distance_matrix(self._tree, reach, output_type="ndarray")
         return pairs["i"], pairs["j"]
 
     @cached_property
-    def _beyond(self) -> Float[Array, " circles"]:
+    def _square_plus_one(self) -> Float[Array, " circles"]:
         return 1 + np.einsum("ni,ni->n", self.centre, self.centre)
 
     @cached_property
@@ -65,8 +68,11 @@ class _Circles:
 class Cells:
     """The cells of all grids, flat.
 
-    sheet; edge_phase and part of two opposite corners; corners: images of all four; linear: from a direction, with a 1
-    behind it, to the place in the cell, the middle at 0, by a linear map.
+    sheet: Morse index of the sheet.
+    edge_phase: edge phases of two opposite corners, radians.
+    part: parts of the way across the sheet of these corners, 0 to 1.
+    corners: images of all four corners.
+    linear: linear map from a direction, followed by 1, to the place in the cell, whose middle is 0.
     """
 
     sheet: Int[Array, " cells"]
@@ -87,7 +93,9 @@ class Cells:
         groups = [np.flatnonzero(every.radius == one) for one in np.unique(every.radius)]
         return tuple(_Circles(every.centre[group], every.cell[group], every.radius[group]) for group in groups)
 
-    def around(self, star: Float[Array, "stars 3"], margin: float) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
+    def candidates(
+        self, star: Float[Array, "stars 3"], margin: float
+    ) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
         """Pairs of a star and a cell that it may lie in, by a linear map."""
         numbers = []
         for which, cell in self._within_circles(star, 1 + margin):
@@ -100,14 +108,14 @@ class Cells:
     def _within_circles(self, star: Float[Array, "stars 3"], wider: float) -> Iterator[tuple[Array, Array]]:
         """Pairs of a star and a cell one of whose circles holds it, its radius multiplied by a factor."""
         if len(star) * len(self.circles.cell) <= _FEW_PAIRS:
-            which, circle = self.circles.around(star, wider)
+            which, circle = self.circles.pairs(star, wider)
             yield which, self.circles.cell[circle]
             return
         from scipy.spatial import KDTree
 
         stars = KDTree(star)
         for circles in self.circles_by_size:
-            which, circle = circles.around_many(stars, wider)
+            which, circle = circles.pairs_of_many(stars, wider)
             yield which, circles.cell[circle]
 
 

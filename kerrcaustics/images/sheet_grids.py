@@ -25,9 +25,13 @@ _PROBES, _PROBE_POINTS = 24, 129
 class Sheet:
     """The part of the camera sky with one Morse index, as a grid.
 
-    edge_phase: the last one a whole turn after the first; part: 0 to 1; direction: the grid's image on the celestial
-    sphere, empty as long as it is not traced. outer, inner: depth of the critical curves on a line, as functions of
-    edge phase. step: approximate length of the image's longest step, radians.
+    index: the Morse index.
+    step: approximate length of the longest step of the grid's image, radians.
+    outer: depth of the outer critical curve, a function of edge phase.
+    inner: depth of the inner critical curve, a function of edge phase.
+    edge_phase: lines of the grid, the last one a whole turn after the first, radians.
+    part: places on each line, 0 to 1.
+    direction: image of the grid on the celestial sphere, empty as long as it is not traced.
     """
 
     index: int

@@ -55,8 +55,10 @@ Starts = tuple[Num[Array, "guesses ..."], ...]
 class Counted:
     """Image counts of stars by the winding of caustics, one entry for each star.
 
-    expected: number of images on each sheet; on_caustic: True where a star cannot be distinguished from that caustic;
-    distance: from the nearest known point of one; windings: by caustic.
+    expected: number of images on each sheet.
+    on_caustic: True where a star cannot be distinguished from the caustic of that order.
+    distance: distance from the nearest known point of a caustic, radians.
+    windings: winding of each caustic about the stars.
     """
 
     expected: Int[Array, "stars sheets"]
@@ -131,7 +133,7 @@ class Sheets:
         """Directions of the FIDO on the lines of the map."""
         return self.curves.domain.line_of_sight(edge_phase, depth)[0]
 
-    def counted(self, star: Float[Array, "stars 3"]) -> Counted:
+    def expected_counts(self, star: Float[Array, "stars 3"]) -> Counted:
         """Image counts of stars by the caustics alone."""
         windings = tuple(polygon.winding(star) for polygon in self.polygons)
         return Counted(
@@ -144,7 +146,7 @@ class Sheets:
     def starts(self, star: Float[Array, "stars 3"], margin: float) -> Starts:
         """Guesses for all images of the stars; margin, NARROW or WIDE, how far outside a cell they may lie."""
         cells = self.grids.cells
-        which, cell = cells.around(star, margin)
+        which, cell = cells.candidates(star, margin)
         u, v = bilinear_root(cells.corners[cell], star[which])
         near = np.maximum(np.abs(u - 0.5), np.abs(v - 0.5)) <= 0.5 + margin
         near[near] = _among_first(which[near], _MOST_STARTS)
@@ -180,7 +182,7 @@ def _sheets_at_rest(camera: Viewer, max_index: int, surface: End) -> Sheets:
     curves = bounding_curves(camera, max_index, surface)
     domain = curves.domain
     report("sheets of the sky", 0.2)
-    polygons = tuple(CausticPolygon.of(curves, curve) for curve in curves)
+    polygons = tuple(CausticPolygon.of_curve(curves, curve) for curve in curves)
     coarsely = partial(_mapped, curves, tolerance=_OF_GRID)
     depths = [domain.first, *(periodic(curve.points.edge_phase, curve.points.depth) for curve in curves)]
     sheets = tuple(

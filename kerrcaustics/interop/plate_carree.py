@@ -157,7 +157,7 @@ def _blocks(path: str | os.PathLike[str], wcs: Any) -> Iterator[tuple[int, int, 
             # From the south, as files begin: one that is packed is read forward.
             for end in range(rows, 0, -_BLOCK):
                 first = max(end - _BLOCK, 0)
-                yield k, first, stored.at(*_pixels(wcs, rows, first, end))
+                yield k, first, stored.values_at(*_pixels(wcs, rows, first, end))
 
 
 def _pixels(wcs: Any, rows: int, first: int, end: int) -> tuple[Float[Array, "n columns"], Float[Array, "n columns"]]:
@@ -178,7 +178,7 @@ class _StoredRows:
         self._plane, self._height, self._around = tuple(int(i) for i in place), image.shape[-2], around
         self._section, self._low, self._kept = image.section, 0, np.empty((0, around + 1))
 
-    def at(self, x: Float[Array, "n w"], y: Float[Array, "n w"]) -> Float32[Array, "n w"]:
+    def values_at(self, x: Float[Array, "n w"], y: Float[Array, "n w"]) -> Float32[Array, "n w"]:
         """Values at places, linear between pixels."""
         from scipy.ndimage import map_coordinates
 

@@ -39,12 +39,12 @@ class Circles(PlaneMap):
         """True for circles that every line meets once."""
         return self._lines.once(radii)
 
-    def around(self, radii: Float[Array, " radii"]) -> list[Spline | None]:
+    def distances(self, radii: Float[Array, " radii"]) -> list[Spline | None]:
         """Distances from the shadow edge at which lines meet circles, by edge phase; None unless each does once."""
         whole = self.whole(radii)
-        return [self._around(radius) if one else None for radius, one in zip(radii.tolist(), whole, strict=True)]
+        return [self._distance(radius) if one else None for radius, one in zip(radii.tolist(), whole, strict=True)]
 
-    def _around(self, radius: float) -> Spline:
+    def _distance(self, radius: float) -> Spline:
         _, points = self._lines.meetings(radius)
         return periodic(points.edge_phase, points.distance)
 
@@ -60,7 +60,7 @@ class Circles(PlaneMap):
         """Crossings of lines with circles, from guesses of the distance."""
         return self.on_circles(lines_across(self.camera, edge_phase), radius, distance)
 
-    def at(self, edge_phase: Float[Array, " points"], distance: Float[Array, " points"]) -> Crossings:
+    def crossings_at(self, edge_phase: Float[Array, " points"], distance: Float[Array, " points"]) -> Crossings:
         """The rays at places on lines."""
         return self.points(lines_across(self.camera, edge_phase), distance)
 

@@ -12,9 +12,12 @@ from kerrcaustics.shapes import Bool, Float, Int
 
 Array = np.ndarray
 
-# Places on each side of the shadow edge where a line is looked at, evenly in the logarithm of their distance from it,
-# to this part of both ends.
-_PLACES, _CLOSEST, _FARTHEST = 60, 1e-13, 0.999999
+# Places on a line at each side of the shadow edge, evenly spaced in the logarithm of their distance from it.
+_PLACES = 60
+# Distance of the first place from the shadow edge, radians.
+_CLOSEST = 1e-13
+# Distance of the last place, in parts of that of the line's end.
+_FARTHEST = 0.999999
 
 
 class CrossingLines:

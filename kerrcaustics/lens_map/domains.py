@@ -95,9 +95,9 @@ class OneLeaf:
         if self.zoom == 1:
             return sky_lines.line_of_sight(self.camera, edge_phase, depth), first
         reach = sky_lines.wide_reach(self.camera, edge_phase, self.zoom)
-        return self._beside(edge_phase, reach * np.exp(-np.asarray(depth, float))), first
+        return self._wide_line_of_sight(edge_phase, reach * np.exp(-np.asarray(depth, float))), first
 
-    def _beside(self, edge_phase: HostParts, distance: HostParts) -> HostVectors:
+    def _wide_line_of_sight(self, edge_phase: HostParts, distance: HostParts) -> HostVectors:
         return sky_lines.on_wide_sky(self.camera, edge_phase, distance, self.zoom)
 
     def check(self) -> None:
@@ -148,7 +148,7 @@ class TwoLeaves(OneLeaf):
         rim = _rim(self.camera, float(self.surface.radius), self.zoom)
         if rim is None:
             distance = -size * np.exp(-depth)
-            return self._beside(edge_phase, distance), np.zeros_like(distance, bool)
+            return self._wide_line_of_sight(edge_phase, distance), np.zeros_like(distance, bool)
         # The two forms have one value and two derivatives in common at the rim.
         width, fold = rim(edge_phase), self.rim(edge_phase)
         away = depth - fold
@@ -156,7 +156,7 @@ class TwoLeaves(OneLeaf):
         # 1 / cosh, which has no overflow far down.
         part = np.exp(-np.maximum(away, 0))
         distance = np.where(away <= 0, falling, width * 2 * part / (1 + part * part))
-        return self._beside(edge_phase, distance), away > 0
+        return self._wide_line_of_sight(edge_phase, distance), away > 0
 
 
 @dataclass(frozen=True)

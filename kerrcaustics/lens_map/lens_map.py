@@ -37,7 +37,9 @@ class SearchMap:
     tolerance: float = TOLERANCE
 
     @classmethod
-    def of(cls, viewer: Viewer, surface: End, engine: str = "auto", tolerance: float = TOLERANCE) -> "SearchMap":
+    def for_viewer(
+        cls, viewer: Viewer, surface: End, engine: str = "auto", tolerance: float = TOLERANCE
+    ) -> "SearchMap":
         """The map that is searched for a viewer; ValueError unless engine and tolerance are valid."""
         _, wanted = check_request(viewer, engine, tolerance)
         return cls(search_camera(viewer), surface, engine, wanted)
@@ -53,10 +55,10 @@ class SearchMap:
         """Beams with their index."""
         sky, wanted = sky_from_fido(self.camera.frame(), -line_of_sight), tolerance or self.tolerance
 
-        def traced(sky: Array, end: End) -> Beams:
+        def beams_on_leaf(sky: Array, end: End) -> Beams:
             return beams_of_directions(self.camera, sky, self.engine, wanted, end=end, crossings=False, redshift=False)
 
-        return on_leaves(self.surface.bare(), sky, second_arrival, traced)
+        return on_leaves(self.surface.bare(), sky, second_arrival, beams_on_leaf)
 
     def directions(
         self, line_of_sight: HostVectors, second_arrival: Bool[Array, "*batch"], tolerance: float | None = None
@@ -64,10 +66,10 @@ class SearchMap:
         """Unit vectors n' (..., 3)."""
         sky, wanted = sky_from_fido(self.camera.frame(), -line_of_sight).reshape(-1, 3), tolerance or self.tolerance
 
-        def traced(sky: Array, end: End) -> Rays:
+        def rays_on_leaf(sky: Array, end: End) -> Rays:
             return rays_of_directions(self.camera, sky, self.engine, wanted, end=end)
 
-        rays = on_leaves(self.surface.bare(), sky, second_arrival.ravel(), traced)
+        rays = on_leaves(self.surface.bare(), sky, second_arrival.ravel(), rays_on_leaf)
         return rays.direction.reshape(line_of_sight.shape)
 
 
@@ -109,24 +111,24 @@ class LensMap:
         """The sky that is searched for the viewer."""
         return search_sky(self.viewer)
 
-    def seen(self, sky: Float[Array, "n 3"], second_arrival: Bool[Array, " n"] | None = None) -> SeenLight:
+    def light_at(self, sky: Float[Array, "n 3"], second_arrival: Bool[Array, " n"] | None = None) -> SeenLight:
         """Directions on the search sky, as the viewer has them. The rays are those of the directions given."""
         searched = self.sky
-        place = searched.shown(sky)
+        place = searched.to_viewer(sky)
         size = searched.stretch(place)
         own = searched.shares_engines
 
-        def traced(directions: Array, end: End) -> Beams:
+        def beams_on_leaf(directions: Array, end: End) -> Beams:
             viewer = self.viewer if own else searched.search_camera
             return beams_of_directions(viewer, directions, "auto", TOLERANCE, end=end, time=True)
 
-        beams = on_leaves(self.surface, place if own else sky, second_arrival, traced)
+        beams = on_leaves(self.surface, place if own else sky, second_arrival, beams_on_leaf)
         _, azimuth = self.surface.angles(beams.direction, beams.azimuth)
         redshift = np.asarray(beams.redshift)
         times = searched.viewer_time(np.asarray(beams.time), np.asarray(beams.time_error))
         if own:
             return SeenLight(place, beams, azimuth, beams.magnification, redshift, *times, beams.delta_plus * size)
-        magnification = beams.magnification * (searched.still_lengths(sky) * size) ** 2
+        magnification = beams.magnification * (searched.radian_at_rest(sky) * size) ** 2
         return SeenLight(place, beams, azimuth, magnification, redshift / size, *times, beams.delta_plus)
 
     def errors(self, sky: Float[Array, "n 3"], error: Float[Array, " n"]) -> Float[Array, " n"]:

@@ -51,7 +51,7 @@ def measured_light(
         step = _STEP / light.spread
         ways = [sign * step[:, None] * axis for axis in tangent_basis(sky) for sign in (1, -1)]
         sides = np.concatenate([moved(sky, way) for way in ways])
-        beside = lens_map.seen(sides, None if second_arrival is None else np.tile(second_arrival, len(ways)))
+        beside = lens_map.light_at(sides, None if second_arrival is None else np.tile(second_arrival, len(ways)))
 
         def slopes(value: Array, values: Array) -> Array:
             """Derivatives (axis, image, ...) on the sky, from one side where rays on the other miss the surface."""
@@ -83,13 +83,13 @@ def measured_light(
         of_time = off(slopes(light.time, beside.time), 0.0) + light.time_error
     values: dict[str, Any] = vars(light) | {
         "error": lens_map.errors(sky, error),
-        "time_error": _known(of_time, light.time),
-        "magnification_error": _known(of_magnification, light.magnification),
-        "redshift_error": _known(of_redshift, light.redshift),
+        "time_error": _infinite_if_unknown(of_time, light.time),
+        "magnification_error": _infinite_if_unknown(of_magnification, light.magnification),
+        "redshift_error": _infinite_if_unknown(of_redshift, light.redshift),
     }
     return MeasuredLight(**values)
 
 
-def _known(error: Float[Array, " n"], value: Float[Array, " n"]) -> Float[Array, " n"]:
+def _infinite_if_unknown(error: Float[Array, " n"], value: Float[Array, " n"]) -> Float[Array, " n"]:
     """Errors, infinite where nothing is known of them though there is a value."""
     return np.where(np.isnan(error) & ~np.isnan(value), np.inf, error)

@@ -45,8 +45,15 @@ class Wish(NamedTuple):
 class Search(NamedTuple):
     """A search on its way.
 
-    number of steps; state; sky: the best direction; step: the tangent that Newton's method asks for there; residual;
-    error; part: of the step that is tried next; trial: where that leads; taken: the part of the step to there.
+    number: number of steps.
+    state: state of the search, as in newton_limits.py.
+    sky: best direction N.
+    step: tangent that Newton's method asks for there.
+    residual: residual of the best direction.
+    error: error of the best direction, radians.
+    part: part of the step that is tried next.
+    trial: direction to which that leads.
+    taken: part of the step from the best direction to the one tried.
     """
 
     number: Any

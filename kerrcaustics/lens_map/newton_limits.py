@@ -26,5 +26,11 @@ STRAIGHT = 1e-8
 # Longest step elsewhere, radians.
 LONGEST = 0.3
 
-# States of a search. Unsure: it came to a beam that the closed form does not give.
-GOING, FOUND, LOST, UNSURE = 0.0, 1.0, 2.0, 3.0
+# State of a search that goes on.
+GOING = 0.0
+# State of a search that has found its image.
+FOUND = 1.0
+# State of a search that has failed.
+LOST = 2.0
+# State of a search that came to a beam that the closed form does not give.
+UNSURE = 3.0

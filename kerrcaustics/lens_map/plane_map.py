@@ -18,11 +18,18 @@ Array = np.ndarray
 
 # Steps to a circle along a line; every so many halve the bracket, as Newton's steps may creep.
 _MOST_STEPS, _HALVED = 90, 5
-# Largest Newton step: in the logarithm of the distance; where the bracket holds 0, in parts of it, and beside.
-_LARGEST, _PART, _BESIDE = 3.0, 0.3, 1e-3
-# A radius is that of the circle within so many errors of the beam. A place whose miss is below the second number, and
-# does not become smaller, has no more digits; nor has a bracket of the third width, radians.
-_ERRORS, _SMALL, _FINEST = 4.0, 1e-9, 5e-17
+# Largest Newton step in the logarithm of the distance.
+_LARGEST = 3.0
+# Largest Newton step where the bracket holds 0, in parts of the distance.
+_PART = 0.3
+# Length added to that part, radians.
+_BESIDE = 1e-3
+# Errors of the beam within which a radius is that of the circle.
+_ERRORS = 4.0
+# Miss below which a place has no more digits if the miss does not become smaller.
+_SMALL = 1e-9
+# Width of a bracket that has no more digits, radians.
+_FINEST = 5e-17
 # Beams with a larger ratio of their diameters are never taken as flat.
 _FLAT = 1e-10
 # Wanted error of rays that only the radius is asked of.
@@ -33,10 +40,18 @@ _COARSE = 1e-6
 class Crossings(Rows):
     """Rays that cross the plane, one entry each.
 
-    edge_phase, distance: place on the sky, a line and radians along it; sky: direction N; radius, azimuth (unwrapped
-    along the ray) of the crossing; index: Morse index; ratio: delta_minus / delta_plus, and its error; minor:
-    |delta_minus|; error: relative to the radius, or radians; slope: d ln r / d distance along the line; gradient: the
-    largest d ln r / d N.
+    edge_phase: parameter of the line on the sky.
+    distance: distance of the ray along the line, radians.
+    sky: direction N.
+    radius: radius of the crossing.
+    azimuth: azimuth of the crossing, unwrapped along the ray, radians.
+    index: Morse index.
+    ratio: delta_minus / delta_plus.
+    ratio_error: error of the ratio.
+    minor: |delta_minus|.
+    error: error of the crossing, relative to the radius, or radians.
+    slope: d ln r / d distance along the line.
+    gradient: the largest d ln r / d N.
     """
 
     edge_phase: Float[Array, " points"]
@@ -96,7 +111,7 @@ class PlaneMap:
 
     def points(self, lines: Lines, distance: Float[Array, " points"]) -> Crossings:
         """The rays at places on lines."""
-        return self._traced(lines, distance)[0]
+        return self._crossings_and_log_radius(lines, distance)[0]
 
     def on_circles(
         self,
@@ -117,7 +132,7 @@ class PlaneMap:
         left, best = np.arange(len(lines)), np.full(len(lines), np.inf)
         order, parts = [], []
         for step in range(_MOST_STEPS):
-            here, log_r = self._traced(lines[left], distance[left])
+            here, log_r = self._crossings_and_log_radius(lines[left], distance[left])
             beyond = log_r - log_radius[left]
             low[left], high[left] = _narrowed(low[left], high[left], distance[left], sense[left] * beyond)
             miss = np.abs(beyond)
@@ -133,7 +148,9 @@ class PlaneMap:
                 break
         return parts[0].joined(*parts[1:])[np.argsort(np.concatenate(order))]
 
-    def _traced(self, lines: Lines, distance: Float[Array, " points"]) -> tuple[Crossings, Float[Array, " points"]]:
+    def _crossings_and_log_radius(
+        self, lines: Lines, distance: Float[Array, " points"]
+    ) -> tuple[Crossings, Float[Array, " points"]]:
         """The rays at places on lines, and ln r: infinite where the ray escapes, minus infinity where it falls in."""
         sky = lines.sky(distance)
         beams = self.beams(sky)

@@ -46,15 +46,15 @@ class SearchSky:
             return None
         return Camera(viewer.spin, viewer.radius, viewer.inclination, "fiducial")
 
-    def shown(self, sky: Float[Array, "n 3"]) -> Float[Array, "n axes"]:
+    def to_viewer(self, sky: Float[Array, "n 3"]) -> Float[Array, "n axes"]:
         """Directions on the search sky, as places on the viewer's."""
         raise NotImplementedError
 
-    def searched(self, place: Float[Array, "n axes"]) -> Float[Array, "n 3"]:
-        """Directions on the search sky of places on the viewer's: the inverse of `shown`."""
+    def to_search(self, place: Float[Array, "n axes"]) -> Float[Array, "n 3"]:
+        """Directions on the search sky of places on the viewer's: the inverse of `to_viewer`."""
         return as_seen(self.viewer.directions(place), self.viewer.frame(), self.search_camera.frame())
 
-    def still_lengths(self, sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
+    def radian_at_rest(self, sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
         """The factor by which a radian on the search sky is longer for a viewer at rest."""
         return np.ones(len(sky))
 
@@ -72,12 +72,12 @@ class SearchSky:
 
     def lengths(self, sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
         """Lengths of a radian on the search sky for the viewer, with aberration; in M on a screen."""
-        return self.still_lengths(sky) * self.stretch(self.shown(sky))
+        return self.radian_at_rest(sky) * self.stretch(self.to_viewer(sky))
 
     def errors(self, sky: Float[Array, "n 3"], error: Float[Array, " n"]) -> Float[Array, " n"]:
         """Errors of directions on the search sky, radians, as the viewer has them; in M on a screen."""
-        place = self.shown(sky)
-        return error * (self.still_lengths(sky) * self.stretch(place)) + self.rounding(place)
+        place = self.to_viewer(sky)
+        return error * (self.radian_at_rest(sky) * self.stretch(place)) + self.rounding(place)
 
     @property
     def time_slope(self) -> float:
@@ -97,7 +97,7 @@ class CameraSky(SearchSky):
 
     shares_engines: ClassVar[bool] = True
 
-    def shown(self, sky: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
+    def to_viewer(self, sky: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
         """Directions with aberration."""
         return as_seen(sky, self.search_camera.frame(), self.viewer.frame())
 
@@ -129,7 +129,7 @@ class FarCameraSky(CameraSky):
         """The slope of r + 2 ln r."""
         return 1 + 2 / self.viewer.radius
 
-    def still_lengths(self, sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
+    def radian_at_rest(self, sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
         """Radians at a camera at rest."""
         return radians_of(self.viewer.radius, sky, _screen_lengths(sky))
 
@@ -137,11 +137,11 @@ class FarCameraSky(CameraSky):
 class ScreenSky(SearchSky):
     """The screen of an observer, who searches."""
 
-    def shown(self, sky: Float[Array, "n 3"]) -> Float[Array, "n 2"]:
+    def to_viewer(self, sky: Float[Array, "n 3"]) -> Float[Array, "n 2"]:
         """Places (alpha, beta)."""
         return on_screen(sky)
 
-    def still_lengths(self, sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
+    def radian_at_rest(self, sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
         """Lengths in M."""
         return _screen_lengths(sky)
 
@@ -177,7 +177,7 @@ def search_camera(viewer: Viewer) -> Viewer:
 def shown_line_of_sight(viewer: Viewer, line_of_sight: Float[Array, "n 3"]) -> Float[Array, "n axes"]:
     """Lines of sight on the search sky, as places on the viewer's."""
     sky = search_sky(viewer)
-    return sky.shown(sky_from_line_of_sight(sky.search_camera.frame(), line_of_sight))
+    return sky.to_viewer(sky_from_line_of_sight(sky.search_camera.frame(), line_of_sight))
 
 
 def as_seen(sky: np.ndarray, first: Frame, second: Frame) -> np.ndarray:

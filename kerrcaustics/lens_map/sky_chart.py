@@ -31,8 +31,11 @@ Step = tuple[Float[Array, "images 3"], Float[Array, " images"]]
 class _AboutHole(NamedTuple):
     """Directions by distance and position angle about the direction to the hole.
 
-    toward (n, 3): lines of sight along r, theta, phi; across: the part of them across r; angle; distance; size: that of
-    the shadow edge there.
+    toward: lines of sight (n, 3) along r, theta, phi.
+    across: part of the lines of sight across r.
+    angle: position angle, radians.
+    distance: distance from the direction to the hole.
+    size: distance of the shadow edge at that angle.
     """
 
     toward: Array
@@ -42,7 +45,7 @@ class _AboutHole(NamedTuple):
     size: Array
 
     @property
-    def beyond(self) -> Array:
+    def edge_distance(self) -> Array:
         """Distance from the shadow edge."""
         return np.maximum(self.distance - self.size, limits.NEAREST)
 
@@ -94,7 +97,7 @@ class Chart:
         """Directions N at such coordinates."""
         angle = np.arctan2(place[:, 1], place[:, 0])
         distance = np.minimum(lengths(place) * self._size(angle), np.pi)
-        return self._at(angle, distance)
+        return self._directions(angle, distance)
 
     def rate(
         self, index: Int[Array, " images"], sky: Float[Array, "images 3"], drift: Float[Array, "images 3"]
@@ -134,7 +137,7 @@ class Chart:
 
     def from_polar(self, place: Float[Array, "images 2"]) -> Float[Array, "images 3"]:
         """Directions N at such coordinates."""
-        return self._at(place[:, 0], place[:, 1] * self._size(place[:, 0]))
+        return self._directions(place[:, 0], place[:, 1] * self._size(place[:, 0]))
 
     def polar_rate(self, sky: Float[Array, "images 3"], drift: Float[Array, "images 3"]) -> Float[Array, "images 2"]:
         """Rates of (angle, part) along tangents of the sky."""
@@ -164,14 +167,14 @@ class Chart:
 
     def _place(self, about: _AboutHole) -> Float[Array, "images 3"]:
         """(angle, depth, 0)."""
-        depth = np.log((np.pi - about.size) / about.beyond)
+        depth = np.log((np.pi - about.size) / about.edge_distance)
         return np.stack([about.angle, depth, np.zeros_like(depth)], axis=-1)
 
     def _rate(self, about: _AboutHole, drift: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
         """Rates of (angle, depth, 0) along tangents of the sky."""
         turning, outward = self._turning(about, drift)
         slope = self._size(about.angle, 1)
-        deepening = -slope * turning / (np.pi - about.size) - (outward - slope * turning) / about.beyond
+        deepening = -slope * turning / (np.pi - about.size) - (outward - slope * turning) / about.edge_distance
         return np.stack([turning, deepening, np.zeros_like(turning)], axis=-1)
 
     def _turning(self, about: _AboutHole, drift: Float[Array, "images 3"]) -> tuple[Array, Array]:
@@ -184,9 +187,11 @@ class Chart:
     def _sky(self, place: Float[Array, "images 3"]) -> Float[Array, "images 3"]:
         """Directions N at (angle, depth)."""
         angle, size = place[:, 0], self._size(place[:, 0])
-        return self._at(angle, size + (np.pi - size) * np.exp(-np.clip(place[:, 1], 0, DEEPEST)))
+        return self._directions(angle, size + (np.pi - size) * np.exp(-np.clip(place[:, 1], 0, DEEPEST)))
 
-    def _at(self, angle: Float[Array, " images"], distance: Float[Array, " images"]) -> Float[Array, "images 3"]:
+    def _directions(
+        self, angle: Float[Array, " images"], distance: Float[Array, " images"]
+    ) -> Float[Array, "images 3"]:
         """Directions N at distances from the direction to the hole."""
         across = np.sin(distance)
         line_of_sight = np.stack([-np.cos(distance), across * np.cos(angle), across * np.sin(angle)], axis=-1)
@@ -217,7 +222,7 @@ def straight(sky: Float[Array, "images 3"], step: Float[Array, "images 3"], part
     return moved(sky, step * part[:, None]), part
 
 
-def apart(
+def chart_difference(
     index: Int[Array, "*#steps"], start: Float[Array, "*#steps 3"], end: Float[Array, "*#steps 3"]
 ) -> Float[Array, "*#steps 3"]:
     """Steps from places to places on the sheets of the given index, the short way round in angle."""

@@ -90,11 +90,11 @@ def _from_edge(camera: Viewer, edge_phase: HostReals) -> _Edge:
     phases = np.asarray(edge_phase, float)
     if phases.size > _MOST_KEPT:
         return _beside_hole(camera, phases)
-    return _kept(camera, phases.shape, phases.tobytes())
+    return _cached_edge(camera, phases.shape, phases.tobytes())
 
 
 @lru_cache(maxsize=32)
-def _kept(camera: Viewer, shape: tuple[int, ...], phases: bytes) -> _Edge:
+def _cached_edge(camera: Viewer, shape: tuple[int, ...], phases: bytes) -> _Edge:
     parts = _beside_hole(camera, np.frombuffer(phases).reshape(shape))
     for part in parts:
         part.setflags(write=False)
@@ -115,8 +115,11 @@ def _beside_hole(camera: Viewer, edge_phase: HostReals) -> _Edge:
 class Lines(Rows):
     """Great circles on the sky of a camera at rest, along which distances are radians.
 
-    edge_phase: parameter of the shadow edge, or of another set of lines; start, ahead: N at the distance 0, and the
-    tangent there; first, last: distances of both ends.
+    edge_phase: parameter of the shadow edge, or of another set of lines.
+    start: N at distance 0.
+    ahead: unit tangent at distance 0.
+    first: distance of the first end.
+    last: distance of the last end.
     """
 
     edge_phase: Float[Array, " lines"]

@@ -17,7 +17,7 @@ from kerrcaustics.images.search import search
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.lens_map.search_sky import TOLERANCE, as_seen
-from kerrcaustics.lens_map.sky_chart import Chart, apart
+from kerrcaustics.lens_map.sky_chart import Chart, chart_difference
 from kerrcaustics.level_curves.links import DOUBT, Linker, Links, Nodes, links_of, plain_cost
 from kerrcaustics.level_curves.path_events import STILL, path_events
 from kerrcaustics.numerics.parts import inner_parts
@@ -35,9 +35,15 @@ _Numbers = Int[Array, " images"]
 _Reals = Float[Array, " images"]
 _Directions = Float[Array, "images 3"]
 
-# Steps along a branch, in the parameter of a gap (0 to pi): the first, the longest, the shortest; by how much one grows
-# after a good one; and rounds of them, all branches at once.
-_FIRST_STEP, _LONGEST_STEP, _SHORTEST_STEP, _GROWTH = 0.2, 0.5, 1e-12, 1.5
+# First step along a branch, in the parameter of a gap (0 to pi).
+_FIRST_STEP = 0.2
+# Longest step along a branch, in the same parameter.
+_LONGEST_STEP = 0.5
+# Shortest step along a branch, in the same parameter.
+_SHORTEST_STEP = 1e-12
+# Factor by which a step grows after a good one.
+_GROWTH = 1.5
+# Most rounds of steps, all branches at once.
 _MOST_STEPS = 200
 # How close to the ends of its gap a branch is followed at first, and how often that is halved where links are in doubt.
 _REACH, _REACH_HALVINGS = 0.15, 16
@@ -70,7 +76,7 @@ class Branches:
         self.nodes = self._events()
         if self.still:
             self.links = links_of([])
-            self._searched()
+            self._search_gaps()
         else:
             self.links = self._grown()
             report("steps halved", 0.8)
@@ -91,7 +97,7 @@ class Branches:
         nodes, chart = self.nodes, self.chart
         kind = self.kinds(links)
         start, end = (chart.place(kind, nodes.sky[i]) for i in (links.left, links.right))
-        step = apart(kind, start, end)
+        step = chart_difference(kind, start, end)
         rates = []
         for i, p in ((links.left, links.p_0), (links.right, links.p_1)):
             scale = links.rate(p) * (links.p_1 - links.p_0)
@@ -126,7 +132,7 @@ class Branches:
         place = self.circle.place(longitude)
         return find_roots(self.sheets.camera, place, index, guess, steps, end=self.sheets.surface)
 
-    def _searched(self) -> tuple[_Numbers, _Numbers]:
+    def _search_gaps(self) -> tuple[_Numbers, _Numbers]:
         """Search for the images in the middle of each gap. Their nodes, and the gap of each."""
         events = self.events
         longitude = (events.gap_low + events.gap_high) / 2
@@ -152,7 +158,7 @@ class Branches:
         # Without events the parameter is the longitude.
         low, width = (np.zeros(1), np.zeros(1)) if whole else (events.gap_low, events.gap_high - events.gap_low)
         full = 2 * np.pi if whole else np.pi
-        middle, gap = self._searched()
+        middle, gap = self._search_gaps()
         tips, sides = np.tile(middle, 2), np.repeat([0, 1], len(middle))
         column = np.tile(gap, 2) + gaps * sides
         p = np.full(len(tips), full / 2)
@@ -163,7 +169,7 @@ class Branches:
         rows: dict[int, list[tuple[float, ...]]] = {}
         for _ in range(_REACH_HALVINGS):
             ends = np.concatenate([reach, full - reach]) if whole else _ends(width, reach)
-            tips, p = self._followed(tips, p, low[column % gaps], width[column % gaps], ends[column])
+            tips, p = self._follow(tips, p, low[column % gaps], width[column % gaps], ends[column])
             members = [tips[column == i] for i in range(2 * gaps)]
             longitude = np.tile(low, 2) + np.tile(width, 2) * np.sin(ends / 2) ** 2 if not whole else ends
             linker = Linker(self.chart, events, self.nodes, members, ends, longitude)
@@ -179,14 +185,14 @@ class Branches:
         # What becomes part of a ring is followed to the end of its gap.
         boundary, to_end = (column + sides) % gaps, np.pi * sides
         goal = np.where(events.ring[boundary, self.nodes.index[tips]], to_end, ends[column])
-        p = self._followed(tips, p, low[column % gaps], width[column % gaps], goal)[1]
+        p = self._follow(tips, p, low[column % gaps], width[column % gaps], goal)[1]
         if (p != goal).any():
             self.remarks.append(f"{(p != goal).sum()} images could not be followed to the next event")
         if len(doubtful):
             self.remarks.append(f"which images go on where is in doubt at {len(doubtful)} events")
         return self.links.joined(links_of([row for i in rows for row in rows[i]]))
 
-    def _followed(self, tips: _Numbers, p: _Reals, low: _Reals, width: _Reals, ends: _Reals) -> tuple[_Numbers, _Reals]:
+    def _follow(self, tips: _Numbers, p: _Reals, low: _Reals, width: _Reals, ends: _Reals) -> tuple[_Numbers, _Reals]:
         """Follow branches from their tips at parameters p to the given ends; the new tips, and where they are."""
         tips, p = tips.copy(), p.copy()
         step = np.full(len(tips), _FIRST_STEP)
@@ -220,7 +226,7 @@ class Branches:
         images = self._images(longitude[which], index[which], sky, error)
         rate = self.chart.rate(index[which], images.sky, images.drift)
         behind = rate * (trial.rate(trial.p_1)[:, None] * way)[which]
-        step = apart(index[which], place[which], self.chart.place(index[which], images.sky))
+        step = chart_difference(index[which], place[which], self.chart.place(index[which], images.sky))
         blur = self._blurs()[trial.left[which]] + self.chart.blur(index[which], images.sky, images.error)
         good = plain_cost(step, ahead[which], behind, blur) < DOUBT
         new = self._added(*(v[good] for v in (longitude[which], index[which], sky, error)))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kerrcaustics.lens_map.sky_chart import Chart, apart
+from kerrcaustics.lens_map.sky_chart import Chart, chart_difference
 from kerrcaustics.level_curves.path_events import PathEvents
 from kerrcaustics.numerics.matching import best_matches
 from kerrcaustics.shapes import Bool, Float, Int
@@ -18,9 +18,12 @@ Array = np.ndarray
 _Ends = Int[Array, " links"]
 _Columns = Float[Array, " columns"]
 
-# A step whose ends' rates disagree with the way between them by more than this part is not trusted. Links over a
-# boundary are asked for more, links to an event, where the rate is known at one end alone, for less.
-DOUBT, _BOUNDARY_DOUBT, _EVENT_DOUBT = 0.2, 0.05, 0.4
+DOUBT = 0.2
+"""Misfit of a step to the rates at its ends, in parts of its length, above which it is not trusted."""
+# The same misfit for links over a boundary.
+_BOUNDARY_DOUBT = 0.05
+# The same misfit for links to an event, whose rate is known at one end alone.
+_EVENT_DOUBT = 0.4
 _IMPOSSIBLE = 1e6
 # Differences below so many errors are round-off.
 _BLURS = 4.0
@@ -30,8 +33,12 @@ _BLURS = 4.0
 class Nodes(Rows):
     """Points of the level curve, arrays of one length: images of the star, and the events.
 
-    longitude: of the star; index: Morse index; sky: direction on the sky at rest; drift: its change with longitude;
-    error: of sky, radians; event: number of the event, or -1 for an image.
+    longitude: longitude of the star, radians.
+    index: Morse index.
+    sky: direction on the sky at rest.
+    drift: change of the direction with longitude.
+    error: error of the direction, radians.
+    event: number of the event, or -1 for an image.
     """
 
     longitude: Float[Array, " nodes"]
@@ -134,7 +141,9 @@ class Linker:
         for k in np.flatnonzero(~path_events.ring[boundary]).tolist():
             # Arms of events are left ends where they lead right, and the other way round.
             lefts, rights = (
-                np.concatenate([self._of(column, k), [event for event, index, s in arms if index == k and s == side]])
+                np.concatenate(
+                    [self._members_with(column, k), [event for event, index, s in arms if index == k and s == side]]
+                )
                 for column, side in ((first, 1), (second, -1))
             )
             if len(lefts) != len(rights):
@@ -145,7 +154,7 @@ class Linker:
             settled &= sure
         return rows, settled
 
-    def _of(self, column: int, index: int) -> Int[Array, " members"]:
+    def _members_with(self, column: int, index: int) -> Int[Array, " members"]:
         members = self._members[column]
         return members[self._nodes.index[members] == index]
 
@@ -186,14 +195,14 @@ class Linker:
         """The misfit of the rates of images to the way between them."""
         length = frame[3] - frame[2]
         ahead, behind = self._rate[lefts][:, None] * length, self._rate[rights][None] * length
-        step = apart(np.array(k), self._place[lefts][:, None], self._place[rights][None])
+        step = chart_difference(np.array(k), self._place[lefts][:, None], self._place[rights][None])
         return plain_cost(step, ahead, behind, self._blur[lefts][:, None] + self._blur[rights])
 
     def _event_cost(self, k: int, image: int, event: int, column: int) -> float:
         """The misfit of the rate of an image to the way to an event in sqrt(longitude), or in longitude at a cusp."""
         gap, p = column % len(self._width), self._p[column]
         place = self._nodes.sky[event] if k == 0 else self._place[event]
-        step = apart(np.array(k), self._place[image], place)
+        step = chart_difference(np.array(k), self._place[image], place)
         # Toward the nearer end of the gap.
         way = np.pi - p if p > np.pi / 2 else -p
         onward = self._rate[image] * self._width[gap] * np.sin(p) / 2 * way
@@ -214,7 +223,7 @@ class Linker:
             costs = [
                 (self._event_cost(k, image, event, outside), k)
                 for k in (order - 1, order)
-                for image in self._of(outside, k).tolist()
+                for image in self._members_with(outside, k).tolist()
             ]
             # Of an index that is not looked at, where no image fits.
             cost, third = min(costs, default=(np.inf, order))

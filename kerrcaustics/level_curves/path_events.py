@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from kerrcaustics.curves.critical_curves import CriticalCurve, CriticalCurves, between
+from kerrcaustics.curves.critical_curves import CriticalCurve, CriticalCurves, points_between
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.images.search import on_rings, ring_remark
 from kerrcaustics.images.sheets import Sheets
@@ -47,11 +47,20 @@ _BESIDE_RING, STILL = 1e-4, 1e-12
 class PathEvents:
     """Events, where images of a star meet on critical curves, in the order of longitude within one turn.
 
-    order; points: of the critical curves; longitude: in [0, 2 pi); error: of it; at_cusp; side: +1 where the pair lies
-    at larger longitude, -1 at smaller; known: True where the counts bear this out. boundary: entries of one boundary
-    are simultaneous. gap_low, gap_high: longitude of the ends of the gaps between the boundaries, gap i above boundary
-    i; and counts: images there. ring: by boundary and index, True where images are part of a ring, as the star passes a
-    caustic that is a point. second_arrival: of the rays, at a sphere within the camera's radius.
+    order: order of the critical curve.
+    points: points of the critical curves.
+    longitude: longitude of the star in [0, 2 pi).
+    error: error of the longitude, radians.
+    at_cusp: True where the star passes a cusp.
+    side: +1 where the pair lies at larger longitude, -1 at smaller.
+    known: True where the counts bear this out.
+    boundary: number of the boundary, whose events are simultaneous.
+    gap_low: longitude of the lower end of gap i, above boundary i.
+    gap_high: longitude of the upper end of gap i.
+    counts: numbers of images in the gaps.
+    ring: by boundary and index, True where images are part of a ring, as the star passes a caustic that is a point.
+    remarks: remarks on what is in doubt.
+    second_arrival: True for second arrivals, at a sphere within the camera's radius.
     """
 
     order: Int[Array, " events"]
@@ -80,7 +89,7 @@ def path_events(sheets: Sheets, circle: Circle) -> PathEvents:
     curves = sheets.curves
     passed = [curve for curve in curves if curve.is_point and _near_point(curve, circle)]
     remarks = [f"{ring_remark(sheets.camera, sheets.surface, curve, 'passes')} to a camera at rest" for curve in passed]
-    wide = {curve.order: curve.around() for curve in curves if not curve.is_point}
+    wide = {curve.order: curve.over_three_turns() for curve in curves if not curve.is_point}
     added, doubts = _extremes(curves, wide, circle)
     wide = {k: _merged(points, added[k]) for k, points in wide.items()}
     order, edge_phase = _roots(curves, wide, circle)
@@ -132,7 +141,7 @@ def _extremes(
         inner = (points.edge_phase[1:-1] >= 0) & (points.edge_phase[1:-1] < _TURN)
         for i in 1 + np.flatnonzero(turned & inner):
             low, high = points.edge_phase[i - 1], points.edge_phase[i + 1]
-            traced = between(curves.search(), {k: points}, {k: (low + high) / 2 + (high - low) / 2 * nodes})[k]
+            traced = points_between(curves.search(), {k: points}, {k: (low + high) / 2 + (high - low) / 2 * nodes})[k]
             if len(traced) < _NODES:
                 remarks.append(_grazed(k))
                 continue
@@ -267,7 +276,7 @@ def _arranged(
     way = np.argsort(longitude)
     order, points, longitude, error, at_cusp = order[way], points[way], longitude[way], error[way], at_cusp[way]
     boundary, ringed, low, high = _boundaries(longitude, np.maximum(_SAME, _SAME_ERRORS * error), rings[0])
-    counted = sheets.counted(circle.place((low + high) / 2))
+    counted = sheets.expected_counts(circle.place((low + high) / 2))
     counts = counted.expected
     if counted.on_caustic.any():
         remarks = [*remarks, "some image counts are not known: a caustic runs along the star's path"]

@@ -41,13 +41,13 @@ def body_light_curve(
 
     shares, off = table(lambda s: s.flux, 0.0), table(lambda s: s.error, 0.0)
     places, sky_error = (
-        table(lambda s: sky.shown(s.sky), math.nan, sky.shown(-np.eye(1, 3)).shape[1]),
+        table(lambda s: sky.to_viewer(s.sky), math.nan, sky.to_viewer(-np.eye(1, 3)).shape[1]),
         table(lambda s: s.sky_error, math.nan),
     )
     if ball is not None:
         shares, off = ball.flux[kept], ball.error[kept]
         there = np.isfinite(ball.sky[kept, :, 0])
-        places[there] = sky.shown(ball.sky[kept][there])
+        places[there] = sky.to_viewer(ball.sky[kept][there])
     remarks = _remarks(source, curves, point_images, ball)
     # Without any image nothing is known but that all of them are missing.
     flux = shares.sum(axis=0) if kept or not remarks else np.full(len(times), math.nan)
@@ -128,7 +128,7 @@ def _event(source: Source, turn: Turn) -> SourceEvent:
         radius=float(rays.places.radius[0]),
         theta=theta,
         phi=phi,
-        sky=sky.shown(point.sky)[0],
+        sky=sky.to_viewer(point.sky)[0],
         error=turn.error * float(point.rate[0]) + float((rays.beams.time_error + rays.orbit_errors.late)[0]),
         sky_error=float(sky.errors(point.sky, np.array([turn.sky_error]))[0]),
     )

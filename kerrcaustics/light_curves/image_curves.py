@@ -92,7 +92,7 @@ def searched(source: Source, times: Float[Array, " moments"], max_index: int) ->
         group_rows = np.flatnonzero(group == number)
         sphere, rows = Sphere(float(places.radius[group_rows[0]])), angles[group_rows]
         rows[:, 0] = rows[0, 0]
-        images: ImageSearch = certificate_of(sphere, source.searched.viewer, max_index).searched(rows)
+        images: ImageSearch = certificate_of(sphere, source.searched.viewer, max_index).images(rows)
         for k, i in enumerate(group_rows.tolist()):
             some = images.images[images.images.star == k]
             moments[i] = SearchedMoment(float(times[i]), some, bool(images.certified[k]))

@@ -165,10 +165,10 @@ def _newton_step(
 def size_and_ratio(rays: Arrivals) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
     """Lengths, for the viewer, of a radian of the search sky, and g of the source's light, by direction."""
     searched = rays.source.searched
-    stretch = searched.stretch(searched.shown(rays.sky))
+    stretch = searched.stretch(searched.to_viewer(rays.sky))
     at_infinity = redshift(searched.search_camera.frame(), rays.sky) / stretch
     clock = np.sqrt(clock_rates(rays.source.spin, rays.places))
-    return searched.still_lengths(rays.sky) * stretch, at_infinity * clock / rays.rate
+    return searched.radian_at_rest(rays.sky) * stretch, at_infinity * clock / rays.rate
 
 
 def _with_errors(

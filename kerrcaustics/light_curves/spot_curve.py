@@ -117,7 +117,7 @@ def _seen(viewer: Viewer, spot: CirclingSpot, crossing: int, clock: Float[Array,
     arcs = circle_image(viewer, crossing, spot.radius)
     image = None if arcs.distance is None else orbit_image(lens_map, arcs, spot, points)
     if image is None:
-        axes = lens_map.sky.shown(np.array([[-1.0, 0.0, 0.0]])).shape[1]
+        axes = lens_map.sky.to_viewer(np.array([[-1.0, 0.0, 0.0]])).shape[1]
         unknown = np.full((len(clock), axes + 3), np.nan)
         return _Image((unknown, unknown), math.nan, [], arcs.remarks or ("parts of the image could not be found",))
     curves = (splined_curve(image, spot, step) for step in (1, 2))
@@ -164,7 +164,7 @@ def _place_error(
 
 def _events(lens_map: LensMap, arcs: Arcs, spot: CirclingSpot) -> list[SpotEvent]:
     """The folds of an image of the orbit, at which the azimuth turns back along it."""
-    light, azimuth = lens_map.seen(arcs.low.sky), arcs.low.azimuth
+    light, azimuth = lens_map.light_at(arcs.low.sky), arcs.low.azimuth
     sky_error, error = lens_map.errors(arcs.low.sky, node_errors(arcs, light.beams)), fold_errors(arcs)
     orders = fold_orders(arcs)
     events = []

@@ -103,10 +103,10 @@ def orbit_image(lens_map: LensMap, arcs: Arcs, spot: CirclingSpot, points: int) 
 def _points(
     lens_map: LensMap, arcs: Arcs, spot: CirclingSpot, edge_phase: Float[Array, " points"]
 ) -> OrbitImage | None:
-    points = arcs.at(edge_phase)
+    points = arcs.points_at(edge_phase)
     if not (points.index >= 0).all():
         return None
-    light = lens_map.seen(points.sky)
+    light = lens_map.light_at(points.sky)
     solid_angle = lens_map.sky.lengths(points.sky) ** 2 / (spot.radius * points.gradient)
     bright = light.redshift**spot.power * solid_angle
     times = light.time, light.time_error

@@ -51,7 +51,7 @@ class _Bracket(NamedTuple):
         x2, f2 = np.where(same, self.x2, self.x1), np.where(same, self.f2, self.f1)
         return _Bracket(x, f, x2, f2, np.where(same, self.x1, self.x2), np.where(same, self.f1, self.f2))
 
-    def chosen(self, rows: Array) -> "_Bracket":
+    def subset(self, rows: Array) -> "_Bracket":
         """The brackets of some rows."""
         return _Bracket(*(values[rows] for values in self))
 
@@ -81,7 +81,7 @@ def bracketed_roots(
         left = ~(done | lost)
         if not left.any():
             return Roots(x, found)
-        rows, at, more = rows[left], at.chosen(left), [values[left] for values in more]
+        rows, at, more = rows[left], at.subset(left), [values[left] for values in more]
         part = _next_parts(at, error[left] / width[left]) if parabolic else 0.5
         place = at.x1 + part * (at.x2 - at.x1)
         at, parabolic = at.cut(place, np.asarray(function(place, *more))), True

@@ -90,7 +90,9 @@ class FallConstants:
 class _Pieces(NamedTuple):
     """The polynomials between the states of the integrator of order 8(5,3) (Hairer, Norsett & Wanner 1993, II.6).
 
-    width: steps of Mino time; first: states at their starts; coefficients.
+    width: steps of Mino time.
+    first: states at the starts of the steps.
+    coefficients: coefficients of the polynomials.
     """
 
     width: Float[Array, " n"]
@@ -101,7 +103,7 @@ class _Pieces(NamedTuple):
         """Those of some steps."""
         return _Pieces(*(values[step] for values in self))
 
-    def at(self, part: Float[Array, " n"]) -> Float[Array, "10 n"]:
+    def states_at(self, part: Float[Array, " n"]) -> Float[Array, "10 n"]:
         """The states at parts of the steps."""
         state, part = np.zeros_like(self.first), part[:, None]
         for i, power in enumerate(reversed(range(self.coefficients.shape[1]))):
@@ -131,7 +133,7 @@ class _Leg:
         step = min(max(step, 0), len(self.between) - 1)
         if step < 0:
             return self.states[0], float(self.azimuth[0])
-        state = self._within(step, time)
+        state = self._state_in_step(step, time)
         return state, float(self.azimuth[step] + _advance(self.constants, self.states[step], state))
 
     def states_at(self, time: Float[Array, " n"]) -> Float[Array, "10 n"]:
@@ -143,17 +145,17 @@ class _Leg:
         before, after, pieces = self.states[step, 8], self.states[step + 1, 8], self._pieces.rows(step)
         part = (time - before) / (after - before)
         for _ in range(_INVERSIONS):
-            there = pieces.at(part)
+            there = pieces.states_at(part)
             t_rate, _ = self.constants.rates(there[0], there[2] ** 2 + there[3] ** 2)
             part = np.clip(part + (time - there[8]) / (t_rate * pieces.width), 0, 1)
-        return pieces.at(part)
+        return pieces.states_at(part)
 
     @cached_property
     def _pieces(self) -> "_Pieces":
         parts = [(piece.h, piece.y_old, piece.F) for piece in self.between]
         return _Pieces(*(np.array(values) for values in zip(*parts, strict=True)))
 
-    def _within(self, step: int, time: float) -> Float[Array, "10"]:
+    def _state_in_step(self, step: int, time: float) -> Float[Array, "10"]:
         """The state at a time in a step."""
         before, after, between = self.states[step], self.states[step + 1], self.between[step]
         if (before[8] < time) == (after[8] < time) or before[8] == time:
@@ -227,7 +229,7 @@ class Geodesic:
     def _growth(self) -> tuple[Array, Array, Array]:
         """Times (n,) in order, and both errors there."""
         times = np.unique(np.clip(np.concatenate([leg.states[:, 8] for leg in self._legs]), *self.span))
-        errors = sum(_apart(self, other, times) for other in map(self._beside, self.release.displaced()))
+        errors = sum(_differences(self, other, times) for other in map(self._neighbour, self.release.displaced()))
         # Between its steps the integration is as good as its constants are kept.
         errors = np.minimum(errors + self.error, 1.0)
         since = int(np.searchsorted(times, self.release.time))
@@ -236,7 +238,7 @@ class Geodesic:
         place, velocity = np.concatenate([earlier[:, :-1], later], axis=1)
         return times, place, velocity
 
-    def _beside(self, release: Release) -> "Geodesic":
+    def _neighbour(self, release: Release) -> "Geodesic":
         return free_fall(release.camera, release.azimuth, release.time, self.span)
 
     def place(self, time: float) -> Place:
@@ -267,11 +269,11 @@ class Geodesic:
         t_rate, turn = self.constants.rates(u, square)
         c, s = np.cos(psi), np.sin(psi)
 
-        def turned(part: Array) -> Array:
+        def rotated(part: Array) -> Array:
             return np.stack([c * part[0] - s * part[1], s * part[0] + c * part[1], part[2]], axis=-1)
 
         drag = turn * np.stack([-m[1], m[0], 0 * u])
-        return 1 / u, turned(m), -u_rate / u**2 / t_rate, turned(m_rate + drag) / t_rate[:, None]
+        return 1 / u, rotated(m), -u_rate / u**2 / t_rate, rotated(m_rate + drag) / t_rate[:, None]
 
 
 def free_fall(camera: Camera, azimuth: float, time: float, span: tuple[float, float]) -> Geodesic:
@@ -289,7 +291,7 @@ def free_fall(camera: Camera, azimuth: float, time: float, span: tuple[float, fl
     return Geodesic(Release(camera, azimuth, time), constants, reached, max(_drift(leg) for leg in legs), legs)
 
 
-def _apart(one: Geodesic, other: Geodesic, times: Float[Array, " n"]) -> Float[Array, "2 n"]:
+def _differences(one: Geodesic, other: Geodesic, times: Float[Array, " n"]) -> Float[Array, "2 n"]:
     """Distances of places over the radius, and of velocities; one that has fallen in stays where it did."""
     (r, n, r_rate, n_rate), (s, m, s_rate, m_rate) = (fall.vectors(np.clip(times, *fall.span)) for fall in (one, other))
     place = np.abs(s - r) / r + lengths(m - n)

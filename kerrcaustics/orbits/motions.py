@@ -88,7 +88,9 @@ class Falling:
 class Circling:
     """The motion on a circular orbit of any inclination, which stays on it, stable or not.
 
-    orbit: of one body; start: the coordinate time of its phase; span: first and last time.
+    orbit: the orbit of one body.
+    start: coordinate time at which its phase is that of the orbit.
+    span: first and last coordinate time.
     """
 
     orbit: SphericalOrbits

@@ -94,7 +94,7 @@ def _glance(records: list[StudyRecord]) -> str:
     """The first finding of each study, or its question."""
     lines = []
     for one in records:
-        text = (*one.findings, *_about(one), "")[0]
+        text = (*one.findings, *_docstring_blocks(one), "")[0]
         lines.append(f'<li><a href="#{one.name}">{html.escape(_title(one.name))}</a>. {_prose(text)}</li>\n')
     return f"<h3>At a glance</h3>\n<ul>\n{''.join(lines)}</ul>\n"
 
@@ -114,7 +114,7 @@ def _runs(records: list[StudyRecord], machines: list[str]) -> str:
 
 def _section(record: StudyRecord, marks: list[str]) -> str:
     """The section of a study: question, findings, picture, method, verdicts, tables."""
-    headline, *about = _about(record) or [""]
+    headline, *about = _docstring_blocks(record) or [""]
     badges = "".join(f'<span class="badge">{html.escape(mark)}</span>' for mark in marks)
     findings = "".join(f"<li>{_prose(text)}</li>\n" for text in record.findings)
     parts = [
@@ -129,7 +129,7 @@ def _section(record: StudyRecord, marks: list[str]) -> str:
     return "".join(parts) + "</section>\n"
 
 
-def _about(record: StudyRecord) -> list[str]:
+def _docstring_blocks(record: StudyRecord) -> list[str]:
     """The docstring of the study: a headline and paragraphs, without the command and the files that it writes."""
     blocks = [block for block in re.split(r"\n\s*\n", record.about) if block and not block.startswith(" ")]
     # Points of a list are paragraphs of their own.

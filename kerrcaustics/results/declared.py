@@ -26,10 +26,14 @@ usual_warnings = np.errstate(all="warn", under="ignore")
 class Quantity:
     """The declaration of a number, or of an array of numbers.
 
-    dims: the names of its dimensions; one that ends in "..." stands for any number of them. unit: "rad", "1" for
-    pure numbers, "" for all that is no number, or a role of units.py. dtype: in the stores of sweeps. json: its name in
-    records; a name that ends in _deg is written in degrees. column: its name in Datasets; of a result within a result,
-    the prefix of the names of its quantities. given: an angle that the user gives in degrees, and gets back unchanged.
+    name: name of the field.
+    dims: names of the dimensions, of which one that ends in "..." stands for any number of them.
+    unit: "rad", "1" for pure numbers, "" for all that is no number, or a role of units.py.
+    text: the description.
+    dtype: type in the stores of sweeps.
+    json: name in records, where a name that ends in _deg is written in degrees.
+    column: name in Datasets, or the prefix of the names of the quantities of a result within a result.
+    given: True for an angle that the user gives in degrees, and gets back unchanged.
     """
 
     name: str

@@ -19,8 +19,12 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-# Arrays of no more numbers, and words no longer, are shown in full; tables have no more rows.
-_FEW, _LONGEST_WORD, _MOST_ROWS = 4, 60, 12
+# Largest size of an array that is shown in full.
+_FEW = 4
+# Largest length of a text that is shown in full.
+_LONGEST_WORD = 60
+# Most rows of a table.
+_MOST_ROWS = 12
 # First dimensions of one number, direction or place, which is shown in one cell.
 _OF_ONE = {(), ("axis",), ("angle",), ("pair",), ("place_axis",)}
 

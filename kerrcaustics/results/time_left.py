@@ -17,23 +17,23 @@ class TimeLeft:
         self._first_part: float | None = None
         self._marks: list[tuple[float, float]] = []
 
-    def done(self, now: float, part: float) -> None:
+    def note(self, now: float, part: float) -> None:
         """Take note that a part of the whole job, 0 to 1, is done at a moment, seconds."""
         if self._first_part is None:
             self._first_part = part
         elif part > (self._marks[-1][1] if self._marks else self._first_part):
             self._marks.append((now, part))
 
-    def whole(self) -> float | None:
+    def seconds_in_all(self) -> float | None:
         """Seconds that all of the job takes at this rate; None before two rounds of steps are done."""
         ends = self._marks[self._at_once - 1 :: self._at_once]
         steps = sorted((now - then, part - before) for (then, before), (now, part) in pairwise(ends))
         kept = steps[:-1] if len(steps) > 2 else steps
         return sum(seconds for seconds, _ in kept) / sum(part for _, part in kept) if kept else None
 
-    def left(self, now: float) -> float | None:
+    def seconds_left(self, now: float) -> float | None:
         """Seconds left at a moment; None before two rounds of steps are done."""
-        whole, last = self.whole(), self._last_of_round()
+        whole, last = self.seconds_in_all(), self._last_of_round()
         if whole is None or last is None:
             return None
         return max(whole * (1 - last[1]) - (now - last[0]), 0.0)

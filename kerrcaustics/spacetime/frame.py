@@ -14,10 +14,20 @@ _FAST = 0.5
 class Frame(NamedTuple):
     """The numbers of a camera that rays need, as a tree of floats that can go into compiled code.
 
-    basis is the camera basis, rows e_x, e_y, e_z, in FIDO components (r, theta, phi); speed is the camera's
-    speed beta measured by the FIDO, along e_y, and slowness = 1 - beta^2; the rest are metric functions at the camera.
-    zoom, below 1 for an `Observer`, magnifies the sky about the direction to the hole: see `zoomed`; cylindrical_scale
-    is multiplied by it. start, r + 2 ln r, is the origin of the time to the camera, 0 for an `Observer`.
+    spin: spin of the hole.
+    radius: radius of the camera.
+    sin_theta: sine of its polar angle.
+    cos_theta: cosine of its polar angle.
+    lapse: alpha, the FIDO's proper time per coordinate time at the camera.
+    shift: omega, the FIDO's angular velocity at the camera.
+    cylindrical_scale: root of g_phiphi over sin(theta) at the camera, times `zoom`.
+    root_sigma: root of Sigma at the camera.
+    root_sigma_delta: root of Sigma Delta at the camera.
+    speed: the camera's speed beta measured by the FIDO, along e_y.
+    slowness: 1 - beta^2.
+    basis: camera basis, rows e_x, e_y, e_z, in FIDO components (r, theta, phi).
+    zoom: magnification of the sky about the direction to the hole, below 1 for an `Observer`: see `zoomed`.
+    start: r + 2 ln r, the origin of the time to the camera, 0 for an `Observer`.
     """
 
     spin: float
@@ -39,9 +49,13 @@ class Frame(NamedTuple):
 class Photon(NamedTuple):
     """Constants and first values of a photon of unit energy at infinity, followed backward in Mino time.
 
-    b axial angular momentum; k = q + b^2; kappa = q + (b - a)^2; q Carter constant; u = 1/r and its rate;
-    m = (x, y, z), the unit vector that carries theta and the smooth part of phi, and its rate.
-    energy_ratio = E_infinity / E_FIDO: at or below zero there is no such photon from infinity.
+    b: axial angular momentum.
+    k: q + b^2.
+    kappa: q + (b - a)^2.
+    q: Carter constant.
+    position: u = 1/r and m = (x, y, z), the unit vector that carries theta and the smooth part of phi.
+    rate: rates of the position.
+    energy_ratio: E_infinity / E_FIDO; at or below zero there is no such photon from infinity.
     """
 
     b: Any

@@ -15,9 +15,12 @@ from kerrcaustics.spacetime.sphere import lengths, unit
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 _MOST_POINTS = 1_000_000
-# Steps of the table of edge phases; it is resolved when its longest step is so many times the mean one; rounds after
-# which it is taken as it is.
-_TABLE, _LONGEST, _ROUNDS = 1024, 1.5, 30
+# Steps of the table of edge phases.
+_TABLE = 1024
+# Longest step of a resolved table, over the mean one.
+_LONGEST = 1.5
+# Rounds after which the table is taken as it is.
+_ROUNDS = 30
 
 
 @usual_warnings

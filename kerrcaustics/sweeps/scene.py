@@ -20,7 +20,12 @@ Complaint = tuple[str, str, Any]
 """An entry of a scene, the values it may have, and its value."""
 
 AXES = ("spin", "radius", "inclination")
-HIGHEST_ORDER, HIGHEST_COUNTED, MOST_POINTS = 10, 7, 4_000_000
+HIGHEST_ORDER = 10
+"""Highest order of caustics."""
+HIGHEST_COUNTED = 7
+"""Highest order of caustics where counts are computed."""
+MOST_POINTS = 4_000_000
+"""Largest number of points of a sweep."""
 _RANGES = {
     "orders": (1, HIGHEST_ORDER),
     "curve_points": (8, 100_000),

@@ -26,9 +26,18 @@ from kerrcaustics.sweeps.scene import AXES, Scene
 
 Array = np.ndarray
 
-WAITING, DONE, FAILED = 0, 1, 2
-# States of a block.
-KEPT, OPEN, DAMAGED = "kept", "open", "damaged"
+WAITING = 0
+"""Status of a point that is not computed yet."""
+DONE = 1
+"""Status of a point that is stored."""
+FAILED = 2
+"""Status of a point whose computation failed."""
+KEPT = "kept"
+"""State of a block that is stored and intact."""
+OPEN = "open"
+"""State of a block that is to be computed."""
+DAMAGED = "damaged"
+"""State of a block that cannot be read, or is another's."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +123,7 @@ class Store:
         values["reason"] = reasons.view(np.uint8).reshape(*shape, REASON)
         digests = self._digests(block, {"status": status, **values})
         for name, array in {**values, DIGEST.name: digests, "status": status}.items():
-            self._put(name, block, array)
+            self._write(name, block, array)
 
     def failures(self) -> list[str]:
         """A line for every point that failed: its place, and the reason."""
@@ -146,7 +155,7 @@ class Store:
         # Blank chunks are written too, so that a missing chunk is a lost one.
         return self._group[name].with_config({"write_empty_chunks": True})  # pyright: ignore
 
-    def _put(self, name: str, block: Block, values: Array) -> None:
+    def _write(self, name: str, block: Block, values: Array) -> None:
         _check_in_place(self.path)
         chunk = self._chunk(name, block)
         try:

@@ -30,7 +30,7 @@ def arc_tracks(
     if not len(arcs.index):
         return ()
     lens_map = LensMap(camera, surface)
-    light = lens_map.seen(arcs.low.sky)
+    light = lens_map.light_at(arcs.low.sky)
     measured = measured_light(lens_map, light, arcs.low.sky, node_errors(arcs, light.beams))
     chains = _chains(arcs.index <= max_index)
     tracks = [_track(lens_map, arcs, chain, events, measured) for chain in chains]

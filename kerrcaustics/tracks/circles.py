@@ -172,7 +172,7 @@ def circle_images(
     meetings = branches.events
     events = pair_events_of(camera, surface, meetings)
     lens_map = LensMap(camera, surface)
-    at = lens_map.seen(branches.nodes.sky)
+    at = lens_map.light_at(branches.nodes.sky)
     error = lens_map.errors(branches.nodes.sky, errors_on_sky(branches, at, meetings.error))
     curves = [_curve(lens_map, chain, branches, at, error) for chain in chains(branches, over_events=False)]
     curves.sort(key=lambda curve: (curve.index, curve.longitude[0]))

@@ -97,7 +97,7 @@ def event_derivatives(camera: Viewer, events: PairEvents) -> EventDerivatives:
     if not len(events):
         none = np.empty((0, len(parameters)))
         return EventDerivatives(parameters, none, none, np.empty((0, 2)), camera, surface)
-    sky = viewer.places(searched.searched(np.array([event.sky for event in events])))
+    sky = viewer.places(searched.to_search(np.array([event.sky for event in events])))
     error = REFINED * np.linalg.norm(sky, axis=1)
     (azimuth, time), errors = with_errors(partial(_of_events, viewer, surface, list(events)), viewer, sky, error)
     time = time + [searched.time_slope * (name == "radius") for name in parameters]

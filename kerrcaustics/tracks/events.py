@@ -159,7 +159,7 @@ def arc_events(camera: Viewer, arcs: Arcs, surface: End) -> dict[int, PairEvent]
     """The events of a circle in the plane, by the arc that begins there."""
     which = np.flatnonzero(arcs.folded)
     folds = arcs.low[which]
-    light, error = LensMap(camera, surface).seen(folds.sky), fold_errors(arcs)
+    light, error = LensMap(camera, surface).light_at(folds.sky), fold_errors(arcs)
     orders = fold_orders(arcs).tolist()
     return {
         arc: PairEvent(
@@ -190,7 +190,7 @@ def pair_events_of(
     """Events of a path as results; level and angular velocity: of a star, and of its camera's orbit."""
     lens_map = LensMap(camera, surface)
     sky = sky_from_line_of_sight(lens_map.sky.search_camera.frame(), events.points.line_of_sight)
-    light = lens_map.seen(sky, events.second_arrival)
+    light = lens_map.light_at(sky, events.second_arrival)
     return [_event(surface, events, i, light, level, angular_velocity) for i in range(len(events.order))]
 
 

@@ -14,7 +14,7 @@ from kerrcaustics.lens_map.arguments import checked_index
 from kerrcaustics.lens_map.domains import Domain, Ring, domain_of, search_surface
 from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.lens_map.search_sky import search_sky
-from kerrcaustics.lens_map.sky_chart import Chart, apart, chart_of
+from kerrcaustics.lens_map.sky_chart import Chart, chart_difference, chart_of
 from kerrcaustics.numerics.matching import best_matches
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
@@ -86,10 +86,10 @@ class _SearchedImages:
     domain: Domain
 
     @classmethod
-    def of(cls, images: StarImages) -> "_SearchedImages":
+    def from_images(cls, images: StarImages) -> "_SearchedImages":
         """The images of a viewer, with its search sky."""
         searched = search_sky(images.camera)
-        sky = searched.searched(images.sky).reshape(-1, 3)
+        sky = searched.to_search(images.sky).reshape(-1, 3)
         return cls(images, sky, domain_of(images.surface, searched.search_camera))
 
     @property
@@ -155,7 +155,7 @@ def follow_star(
     moments: list[_SearchedImages] = []
     links: list[tuple[Array, Array]] = []
     for camera, place in in_steps("camera", list(zip(cameras, places, strict=True))):
-        now = _SearchedImages.of(star_images(camera, place, highest, end=end))
+        now = _SearchedImages.from_images(star_images(camera, place, highest, end=end))
         links.append(_linked(moments[-1], now) if moments else _unlinked(now))
         moments.append(now)
     before = tuple(link for link, _ in links)
@@ -164,11 +164,11 @@ def follow_star(
         before=before,
         followed=tuple(sure for _, sure in links),
         created=((), *(tuple(np.flatnonzero(link < 0).tolist()) for link in before[1:])),
-        annihilated=((), *(_gone(last, link) for last, link in pairwise(before))),
+        annihilated=((), *(_lost_images(last, link) for last, link in pairwise(before))),
     )
 
 
-def _gone(last: Array, link: Array) -> tuple[int, ...]:
+def _lost_images(last: Array, link: Array) -> tuple[int, ...]:
     """Numbers of the images before that no link leads to."""
     return tuple(np.setdiff1d(np.arange(len(last)), link).tolist())
 
@@ -188,7 +188,7 @@ def _linked(last: _SearchedImages, now: _SearchedImages) -> tuple[Int[Array, " i
     for k in np.unique(now.images.index):
         free = np.flatnonzero((now.images.index == k) & (link < 0))
         left = np.setdiff1d(np.flatnonzero(index == k), link)
-        step = apart(np.array(0 if inside else k), start[left][:, None], stop[free][None])
+        step = chart_difference(np.array(0 if inside else k), start[left][:, None], stop[free][None])
         for i, j in zip(*best_matches(np.linalg.norm(step, axis=-1)), strict=True):
             link[free[j]] = left[i]
     return link, sure

@@ -29,9 +29,12 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
-# Rounding of a direction on the search sky, radians; points of open curves miss the circle by less than the second
-# number in ln r; a step in ln r that gives slopes.
-_ROUNDING, _CLOSE, _BESIDE = 2e-16, 1e-6, 1e-6
+# Rounding of a direction on the search sky, radians.
+_ROUNDING = 2e-16
+# Largest distance of a point of an open curve from the circle, in ln r.
+_CLOSE = 1e-6
+# Step in ln r for slopes.
+_BESIDE = 1e-6
 
 
 @result(
@@ -167,7 +170,7 @@ def _images(
     else:
         arcs = circle_image(viewer, surface.crossing, radius)
         remarks = arcs.remarks
-        points = None if arcs.distance is None else arcs.at(edge_phase)
+        points = None if arcs.distance is None else arcs.points_at(edge_phase)
         if points is not None and (points.index >= 0).all():
             return [_curve(viewer, surface, radius, points, closed=True, time=time)], remarks
     rows, lost = _open_rows(viewer, surface, radius, edge_phase)
@@ -200,7 +203,7 @@ def _curve(
     viewer: Viewer, surface: EquatorialPlane, radius: float, points: Crossings, *, closed: bool, time: bool
 ) -> Isoradial:
     lens_map = LensMap(viewer, surface)
-    seen = lens_map.seen(points.sky)
+    seen = lens_map.light_at(points.sky)
     # What is seen there comes from rays of its own: places on the viewer's sky are rounded.
     own = np.abs(np.log(seen.beams.radius / radius)) + seen.beams.error
     residual = np.fmax(points.miss(radius) + points.error, own)

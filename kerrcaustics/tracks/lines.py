@@ -74,7 +74,7 @@ class _SkyLine:
             size = np.linalg.norm(given, axis=1, keepdims=True)
             if axes == 3 and not (size > 0).all():
                 raise ValueError("Argument `line` must have directions N that are not 0.")
-            rest = search_sky(images.camera).searched(given / size if axes == 3 else given)
+            rest = search_sky(images.camera).to_search(given / size if axes == 3 else given)
             self._start, ahead = rest[0], rest[1] - (rest[0] @ rest[1]) * rest[0]
             across = float(np.linalg.norm(ahead))
             if across < 1e-12:
@@ -93,7 +93,7 @@ class _SkyLine:
         """Derivatives of these directions."""
         return (self.sky(place + _DIFFERENCE) - self.sky(place - _DIFFERENCE)) / (2 * _DIFFERENCE)
 
-    def crossed(self, curve: Float[Array, "points 3"], closed: bool) -> int:
+    def crossing_count(self, curve: Float[Array, "points 3"], closed: bool) -> int:
         """Number of times a curve of short steps on the sky at rest crosses the line."""
         if closed:
             curve = np.concatenate([curve, curve[:1]])
@@ -177,7 +177,7 @@ def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCros
         doubt.append("the images of the circle are not certified themselves")
     off = (ends.error + np.abs(ends.height)) * np.linalg.norm(path.tangent(place), axis=1) / np.abs(ends.slope)
     lens_map = LensMap(images.camera, images.surface)
-    light = lens_map.seen(sky[kept])
+    light = lens_map.light_at(sky[kept])
     return LineCrossings(
         camera=images.camera,
         sky=light.sky,
@@ -197,14 +197,14 @@ def crossings_of_line(images: CircleImages, line: float | ArrayLike) -> LineCros
 def places_on_line(images: CircleImages, line: float | ArrayLike, points: int = 200) -> Float[Array, "points axes"]:
     """Places on the viewer's sky along a line of `crossings_of_line`, from its start; parameters as there."""
     sheets = checked_sheets(images.camera, max(images.per_index), images.surface)
-    return search_sky(images.camera).shown(_SkyLine(sheets, images, line).sky(np.linspace(0, 1, points)))
+    return search_sky(images.camera).to_viewer(_SkyLine(sheets, images, line).sky(np.linspace(0, 1, points)))
 
 
 def _along_curves(images: CircleImages, path: _SkyLine) -> dict[int, int]:
     """Crossings of each index, counted along the curves of the circle."""
     total, sky = dict.fromkeys(images.per_index, 0), search_sky(images.camera)
     for curve in images.curves:
-        total[curve.index] += path.crossed(sky.searched(curve.sky), curve.closed)
+        total[curve.index] += path.crossing_count(sky.to_search(curve.sky), curve.closed)
     return total
 
 
@@ -234,27 +234,27 @@ def _divided(sheets: Sheets, circle: Circle, path: _SkyLine) -> tuple[_Samples, 
     No intervals, None, where the line lies on the image of the circle.
     """
 
-    def at(place: Float[Array, " places"]) -> _Samples:
+    def samples_at(place: Float[Array, " places"]) -> _Samples:
         sky = path.sky(place)
         return _nodes(circle, path, place, sky, _beams(sheets, sky))
 
-    nodes = at(np.linspace(0, 1, _NODES))
+    nodes = samples_at(np.linspace(0, 1, _NODES))
     for _ in range(_MOST_HALVINGS):
-        sure, roots = _judged(nodes)
+        sure, roots = _sure_and_crossing(nodes)
         if sure.all():
             return nodes, roots, []
-        nodes = nodes.joined(at(((nodes.place[1:] + nodes.place[:-1]) / 2)[~sure]))
+        nodes = nodes.joined(samples_at(((nodes.place[1:] + nodes.place[:-1]) / 2)[~sure]))
         nodes = nodes[np.argsort(nodes.place, kind="stable")]
         if len(nodes.place) > _MOST_NODES:
             break
-    sure, roots = _judged(nodes)
+    sure, roots = _sure_and_crossing(nodes)
     if (np.abs(nodes.height) < 1e3 * nodes.error).mean() > 0.5:
         return nodes, None, ["the line lies on the image of the circle: there is nothing to count"]
     opened = np.count_nonzero(~sure)
     return nodes, roots, [f"{opened} places where the line may touch a curve: move it a little"] if opened else []
 
 
-def _judged(nodes: _Samples) -> tuple[Bool[Array, " intervals"], Int[Array, " roots"]]:
+def _sure_and_crossing(nodes: _Samples) -> tuple[Bool[Array, " intervals"], Int[Array, " roots"]]:
     """True for intervals that are sure, and indices of those that hold a crossing."""
     width = np.diff(nodes.place)
     first, last = nodes.slope[:-1], nodes.slope[1:]

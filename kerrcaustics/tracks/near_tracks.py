@@ -38,8 +38,10 @@ _FEW_STEPS, _SAME = 12, 1e-6
 class SeenNodes:
     """The nodes of a level curve as the camera sees them.
 
-    light; eastward: True where photons move eastward at the camera; events: which event each node is, -1 where it is
-    none; remarks: what is in doubt.
+    light: light of each node.
+    eastward: True where photons move eastward at the camera.
+    events: number of the event that each node is, -1 where it is none.
+    remarks: remarks on what is in doubt.
     """
 
     light: MeasuredLight
@@ -86,7 +88,7 @@ def seen_from(camera: Viewer, theta: float, branches: Branches, own: PathEvents,
     events = which[at_event]
     sky[at_event] = sky_from_line_of_sight(rest.frame(), own.points.line_of_sight[events])
     lens_map = LensMap(camera, end)
-    at = lens_map.seen(sky, second_arrival)
+    at = lens_map.light_at(sky, second_arrival)
     along = own.error[events] * math.sin(theta) + at.beams.error[at_event]
     error[at_event] = along / at.spread[at_event] + at.beams.diameter_error[at_event]
     eastward = line_of_sight_from_sky(rest.frame(), sky)[:, 2] < 0
@@ -122,13 +124,13 @@ def _nearest(
 ) -> Float[Array, "n 3"]:
     """Directions with this b and q: of the two, one up and one down, the one that leads to the star."""
     both = [directions(camera, b, q, sign) for sign in (1.0, -1.0)]
-    miss = [np.linalg.norm(_traced(camera, sky, second_arrival, end).direction - place, axis=1) for sky in both]
+    miss = [np.linalg.norm(_beams(camera, sky, second_arrival, end).direction - place, axis=1) for sky in both]
     up = np.nan_to_num(miss[0], nan=np.inf) <= np.nan_to_num(miss[1], nan=np.inf)
     return np.where(up[:, None], *both)
 
 
-def _traced(camera: Viewer, sky: Float[Array, "n 3"], second_arrival: Bool[Array, " n"], end: Sphere) -> Beams:
-    def traced(sky: Array, end: End) -> Beams:
+def _beams(camera: Viewer, sky: Float[Array, "n 3"], second_arrival: Bool[Array, " n"], end: Sphere) -> Beams:
+    def leaf_beams(sky: Array, end: End) -> Beams:
         return beams_of_directions(camera, sky, "auto", TOLERANCE, end=end)
 
-    return on_leaves(end, sky, second_arrival, traced)
+    return on_leaves(end, sky, second_arrival, leaf_beams)

@@ -122,7 +122,7 @@ class StarTracks(Shown):
         certificate = certificate_of(self.surface, self.camera, self.max_index)
         if not certificate.follows:
             stars = [(self.level, angle) for angle in (phi % _TURN).tolist()]
-            return images_of(self.camera, self.surface, stars, certificate.searched(np.array(stars)))
+            return images_of(self.camera, self.surface, stars, certificate.images(np.array(stars)))
         branches = level_curve(self.camera, self.surface, self.level, self.max_index)
         phi, between, sure = images_on(branches, phi)
         stars = [(self.level, angle) for angle in (phi % _TURN).tolist()]
@@ -196,12 +196,12 @@ def _tracks_on(domain: Domain, camera: Viewer, surface: End, level: float, max_i
     """Tracks of a source on a sphere."""
     angular_velocity = camera.orbital_velocity()
     surface.check_apart("level", np.array([[level, 0.0]]), camera)
-    followed, branches, at = _followed(domain, camera, surface, level, max_index)
-    events = pair_events_of(camera, surface, followed, level, angular_velocity)
-    uncertain = tuple(r for i in np.flatnonzero(~followed.known) for r in events[i].remarks)
+    events, branches, seen = _level_curve(domain, camera, surface, level, max_index)
+    pair_events = pair_events_of(camera, surface, events, level, angular_velocity)
+    uncertain = tuple(r for i in np.flatnonzero(~events.known) for r in pair_events[i].remarks)
     differ = ("the events that camera and star see are not the same: tracks cannot be joined",)
-    remarks = (*followed.remarks, *branches.remarks, *uncertain, *(at.remarks if at else differ))
-    chosen = in_time(e for e in events if e.order <= max_index)
+    remarks = (*events.remarks, *branches.remarks, *uncertain, *(seen.remarks if seen else differ))
+    chosen = in_time(e for e in pair_events if e.order <= max_index)
     return StarTracks(
         camera=camera,
         surface=surface,
@@ -209,9 +209,9 @@ def _tracks_on(domain: Domain, camera: Viewer, surface: End, level: float, max_i
         max_index=max_index,
         angular_velocity=angular_velocity,
         period=_TURN / abs(angular_velocity) if angular_velocity else math.inf,
-        tracks=_tracks(camera, surface, branches, events, at) if at else (),
-        events=PairEvents(chosen, camera, surface, not (followed.remarks or uncertain), followed.remarks),
-        ends=in_time(e for e in events if e.order > max_index),
+        tracks=_tracks(camera, surface, branches, pair_events, seen) if seen else (),
+        events=PairEvents(chosen, camera, surface, not (events.remarks or uncertain), events.remarks),
+        ends=in_time(e for e in pair_events if e.order > max_index),
         certified=not remarks,
         remarks=remarks,
     )
@@ -245,21 +245,21 @@ def level_curve(camera: Viewer, surface: End, level: float, max_index: int) -> B
 
 
 @singledispatch
-def _followed(
+def _level_curve(
     domain: Domain, camera: Viewer, surface: End, level: float, max_index: int
 ) -> tuple[PathEvents, Branches, SeenNodes | None]:
     """Events of a star, its level curve, and that as the camera sees it."""
     branches = level_curve(camera, surface, level, max_index)
     frame, nodes = branches.sheets.frame, branches.nodes
     lens_map = LensMap(camera, surface)
-    light = lens_map.seen(nodes.sky)
+    light = lens_map.light_at(nodes.sky)
     measured = measured_light(lens_map, light, nodes.sky, errors_on_sky(branches, light, branches.events.error))
     eastward = line_of_sight_from_sky(frame, nodes.sky)[:, 2] < 0
     return branches.events, branches, SeenNodes(measured, eastward, nodes.event)
 
 
-@_followed.register
-def _followed_from_star(
+@_level_curve.register
+def _level_curve_from_star(
     domain: TwoLeaves, camera: Viewer, surface: End, level: float, max_index: int
 ) -> tuple[PathEvents, Branches, SeenNodes | None]:
     branches = branches_from(camera, level, max_index, domain.surface)
@@ -268,21 +268,21 @@ def _followed_from_star(
 
 
 def _tracks(
-    camera: Viewer, surface: End, branches: Branches, events: list[PairEvent], at: SeenNodes
+    camera: Viewer, surface: End, branches: Branches, events: list[PairEvent], seen: SeenNodes
 ) -> tuple[Track, ...]:
     """The chains of links, as the camera sees them."""
     tracks = [
-        _track(LensMap(camera, surface), chain, branches, events, at) for chain in chains(branches, over_events=True)
+        _track(LensMap(camera, surface), chain, branches, events, seen) for chain in chains(branches, over_events=True)
     ]
     return tuple(sorted(tracks, key=lambda track: (track.index.min(), not track.closed, len(track))))
 
 
-def _track(lens_map: LensMap, chain: Chain, branches: Branches, events: list[PairEvent], at: SeenNodes) -> Track:
+def _track(lens_map: LensMap, chain: Chain, branches: Branches, events: list[PairEvent], seen: SeenNodes) -> Track:
     """The track of a chain."""
-    chosen, light = chain.nodes, at.light
-    index, event = branches.nodes.index[chosen], at.events[chosen]
+    chosen, light = chain.nodes, seen.light
+    index, event = branches.nodes.index[chosen], seen.events[chosen]
     # Named after a ray with b < 0 where there is one, as caustics are; of low index.
-    anchor = np.lexsort((at.eastward[chosen], index))[0]
+    anchor = np.lexsort((seen.eastward[chosen], index))[0]
     turns = np.round((light.azimuth[chosen[anchor]] - chain.longitude[anchor]) / _TURN)
     places = np.flatnonzero(event >= 0)
     return Track(

@@ -30,9 +30,12 @@ FARTHEST_CONTINUED = 0.1
 """The same up to which images are continued."""
 # Distances of the stars in the row beyond the caustic, by that of the last: Chebyshev's places.
 _STARS = (1.35 + 0.65 * chebyshev.chebpts1(5)) / 2
-# Length of the row at least, by the size of the caustic, and by the distance of the star from it; by what rows are
-# longer and shorter that are tried one after another.
-_REACH, _BEYOND, _LENGTHS = 0.02, 3.0, (1.0, 3.0, 9.0, 1 / 3, 1 / 9, 1 / 27)
+# Least length of the row of stars, by the size of the caustic.
+_REACH = 0.02
+# Least length of the row, by the distance of the star from the caustic.
+_BEYOND = 3.0
+# Factors of the length, tried one after another.
+_LENGTHS = (1.0, 3.0, 9.0, 1 / 3, 1 / 9, 1 / 27)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +65,7 @@ class ContinuedRing:
         self, omega: Float[Array, " frequencies"], share: Float[Array, " frequencies"]
     ) -> tuple[Complex[Array, " frequencies"], Float[Array, " frequencies"]]:
         """The field and its error; share: that of a uniform field by its size."""
-        (value, size), (fewer, _) = (self._together(omega, row) for row in self.parameters)
+        (value, size), (fewer, _) = (self._uniform_field(omega, row) for row in self.parameters)
         one, other = (rest.field(omega) for rest in self.rest)
         meeting = self.ring[: _MEETING[self.method]]
         more, unsure = field_in_pairs(
@@ -71,7 +74,7 @@ class ContinuedRing:
         error = share * np.maximum(size, np.abs(value)) + np.abs(value + one - fewer - other) + meeting.error(omega)
         return value + more, error + unsure
 
-    def _together(
+    def _uniform_field(
         self, omega: Float[Array, " frequencies"], parameters: Float[Array, " parameters"]
     ) -> tuple[Complex[Array, " frequencies"], Float[Array, " frequencies"]]:
         if self.method == "fold":
@@ -147,7 +150,7 @@ def _side(sheets: Sheets, order: int, places: Float[Array, "4 stars 3"]) -> tupl
     places: stars in rows along the caustic and across it, to both sides of each. Beside a fold the rows across differ,
     beside a cusp the row along that lies within it has more images than those across.
     """
-    counted = sheets.counted(places.reshape(-1, 3))
+    counted = sheets.expected_counts(places.reshape(-1, 3))
     count = counted.expected[:, order - 1 : order + 1].reshape(4, places.shape[1], -1)
     steady = (count == count[:, :1]).all(axis=(1, 2)) & ~counted.on_caustic[:, order - 1].reshape(4, -1).any(axis=1)
     number = count[:, 0].sum(axis=1)

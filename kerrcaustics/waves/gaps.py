@@ -17,9 +17,12 @@ Array = np.ndarray
 FADES = (0.8, 0.5, 0.3)
 """Radians over which the amplitude fades, the longest first: the longer, the less is lost."""
 
-# Radians beside the broken lines that are left out, and beside these those over which functions are joined; the part of
-# the fade that a short one has.
-_BESIDE, _JOINT, _SHORT = 0.05, 0.3, 0.5
+# Width of the stretch beside the broken lines that is left out too, radians.
+_BESIDE = 0.05
+# Width of the stretch beside that over which functions are joined, radians.
+_JOINT = 0.3
+# Length of a short fade, in parts of the fade.
+_SHORT = 0.5
 # The longest stretch of broken lines, radians.
 _LONGEST = 2.0
 # Standard deviations of a step that is an error function.
@@ -28,7 +31,12 @@ _DEVIATIONS = 12.0
 
 @dataclass(frozen=True)
 class Gap:
-    """Lines that are left out. middle: edge phase; half: half the length, radians; fade: length of the fade."""
+    """A stretch of lines that are left out.
+
+    middle: edge phase of its middle, radians.
+    half: half its length, radians.
+    fade: length over which the amplitude fades beside it, radians.
+    """
 
     middle: float
     half: float

@@ -25,9 +25,12 @@ Field = tuple[Array, Array]
 _NOT_ROUND = 0.16
 # The size of a caustic by the distance of the star from its middle, at most, with which the error of two images grows.
 _MOST_BENT = 0.7
-# Errors times the frequency, in parts of the field: of a primary ring with its next phase, and of other rings and
-# folds; a frequency that is added to it, as asymptotics of long waves fail by less than that.
-_OF_PRIMARY, _OF_RING, _LONG_WAVES = 0.042, 0.06, 0.1
+# Error of a primary ring with its next phase, times the frequency, in parts of the field.
+_OF_PRIMARY = 0.042
+# Error of other rings and of folds, times the frequency, in parts of the field.
+_OF_RING = 0.06
+# Frequency added in these ratios, as asymptotics of long waves fail by less than 1 / omega.
+_LONG_WAVES = 0.1
 # The growth of the error of a ring by the square of its distance from the axis, radians, and by the inverse radius of
 # the viewer, as partial waves show it.
 _OFF_AXIS = 3.0
@@ -36,7 +39,7 @@ _LONGEST_WAVES = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class GroupWaves:
+class GroupField:
     """The waves of a group of images, by frequency: value, error and method."""
 
     value: Complex[Array, " frequencies"]
@@ -71,18 +74,18 @@ class ImageGroup:
     near: bool
     continued: ContinuedRing | None
 
-    def best(self, omega: Float[Array, " frequencies"], method: str) -> GroupWaves:
+    def best(self, omega: Float[Array, " frequencies"], method: str) -> GroupField:
         """The method with the smallest error at each frequency, or the one that is wanted."""
         fields = self._fields(omega)
         if method != "auto":
             fields = {name: fields[name] for name in ((method,) if method in fields else ("images",)) if name in fields}
         if not fields:
             nothing = np.zeros(len(omega))
-            return GroupWaves(nothing + 0j, np.full(len(omega), math.inf), ("images",) * len(omega))
+            return GroupField(nothing + 0j, np.full(len(omega), math.inf), ("images",) * len(omega))
         names = list(fields)
         values, errors = (np.array([fields[name][i] for name in names]) for i in (0, 1))
         best, columns = errors.argmin(axis=0), np.arange(len(omega))
-        return GroupWaves(values[best, columns], errors[best, columns], tuple(names[i] for i in best.tolist()))
+        return GroupField(values[best, columns], errors[best, columns], tuple(names[i] for i in best.tolist()))
 
     def error_if_split(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
         """The error where the images belong to two other groups, which sum them."""
@@ -120,8 +123,8 @@ class ImageGroup:
         """The field by an integral along the nearest curve; images in its gap in pairs."""
         (value, lost), most = curve.field_and_loss(omega), np.sqrt(omega) * curve.brightest
         # What the images would be without their phases, but on a caustic no more than there can be.
-        size = np.maximum(np.abs(value), np.minimum(most, self._apart))
-        error = share * curve.far_off * size + curve.error_of_phase(omega)
+        size = np.maximum(np.abs(value), np.minimum(most, self._summed_amplitude))
+        error = share * curve.off_axis_factor * size + curve.error_of_phase(omega)
         slow = curve.is_slow(omega)
         value, error = np.where(slow, 0.0, value), np.where(slow, most, error)
         if curve.gap is None:
@@ -137,7 +140,7 @@ class ImageGroup:
         value = ring_pair(omega, int(pair.index.min()), pair.time, pair.amplitude)
         size = np.sqrt(math.pi * omega * np.ptp(pair.time) / 4) * pair.amplitude.sum()
         error = (share * self._off_axis + self._astroid_error(omega)) * np.maximum(
-            np.abs(value), np.minimum(size, self._apart)
+            np.abs(value), np.minimum(size, self._summed_amplitude)
         )
         if self.curve is not None and self.curve.gap is None:
             error = np.where(self.curve.is_slow(omega), error, math.inf)
@@ -170,7 +173,7 @@ class ImageGroup:
         return value, error
 
     @property
-    def _apart(self) -> float:
+    def _summed_amplitude(self) -> float:
         """The amplitude of the images without their phases; infinite if there are none."""
         return float(np.linalg.norm(self.calm.amplitude)) if len(self.calm) else math.inf
 
@@ -250,7 +253,7 @@ def ring_error(
     """The error of integrals of a ring whose fields have the given moduli, beside images of one star."""
     return (
         _share(curves[0].order, omega)
-        * max(curve.far_off for curve in curves)
+        * max(curve.off_axis_factor for curve in curves)
         * np.maximum(size, float(np.linalg.norm(np.minimum(ring.amplitude, size.max()))))
     ) + max(float(curve.error_of_phase(np.array([omega]))[0]) for curve in curves)
 

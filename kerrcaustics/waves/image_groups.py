@@ -16,7 +16,7 @@ from kerrcaustics.waves.continuation import (
     distance_by_size,
 )
 from kerrcaustics.waves.dark_sides import nearest_is_hidden
-from kerrcaustics.waves.group_methods import GroupWaves, ImageGroup
+from kerrcaustics.waves.group_methods import GroupField, ImageGroup
 from kerrcaustics.waves.nearest_curve import FARTHEST, nearest_curve
 from kerrcaustics.waves.ring_integral import NearestCurve
 from kerrcaustics.waves.summed_images import error_of_images, left_out
@@ -60,7 +60,7 @@ class _Groups:
         used = self.groups[first - 1 :: 2]
         parts = [group.best(omega, method) for group in used]
         if first == 2:
-            parts.insert(0, _alone(self.waves[self.waves.index == 0], omega))
+            parts.insert(0, _separate_images(self.waves[self.waves.index == 0], omega))
         error = sum((part.error for part in parts), np.zeros(len(omega)))
         # Neighbours that belong to two groups are summed.
         for group in self.groups[2 - first :: 2]:
@@ -147,6 +147,6 @@ def _curve(source: WaveSource, sheets: Sheets, order: int) -> NearestCurve | Non
     return curve if curve.is_smooth else None
 
 
-def _alone(waves: WaveImages, omega: Float[Array, " frequencies"]) -> GroupWaves:
+def _separate_images(waves: WaveImages, omega: Float[Array, " frequencies"]) -> GroupField:
     """Images that belong to no pair."""
-    return GroupWaves(waves.field(omega), error_of_images(waves, omega), ("images",) * len(omega))
+    return GroupField(waves.field(omega), error_of_images(waves, omega), ("images",) * len(omega))

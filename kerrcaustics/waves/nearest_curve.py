@@ -23,7 +23,7 @@ from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.sphere import lengths, polar_basis, tangent_basis
 from kerrcaustics.spacetime.viewer import Viewer
 from kerrcaustics.waves.gaps import FADES, Gap, gap_of
-from kerrcaustics.waves.ring_integral import NearestCurve, rate_of, roughness_of, turns
+from kerrcaustics.waves.ring_integral import NearestCurve, edge_phases, rate_of, roughness_of
 from kerrcaustics.waves.wave_sources import WaveSource
 
 Array = np.ndarray
@@ -31,16 +31,36 @@ Array = np.ndarray
 FARTHEST = 1.1
 """Farthest nearest places from the star, radians: the integral is asymptotic in that distance too."""
 
-# Lines at first, and at most; part of the largest Fourier coefficient that the last ones may have, with which the curve
-# is taken for smooth, with which it is still of use, and with which the nearest place jumps.
-_LINES, _MOST_LINES, _SMOOTH, _ROUGH, _JUMPS = 64, 1024, 1e-7, 1e-5, 1e-2
-# Lines of a curve with a gap, the change of depth from one of them to the next that is a jump, and the least rate of
-# the phase where the amplitude fades.
-_BESIDE_GAPS, _JUMP, _LEAST_RATE = 512, 0.2, 0.1
-# Steps of the secant method along a line, in depth: the first, the longest, how many, and the last.
-_FIRST, _LONGEST, _MOST_STEPS, _LAST = 1e-3, 0.3, 30, 1e-8
-# Places on each line where the nearest one is looked for, the depth of the outermost, and the error of their rays.
-_SAMPLES, _OUTERMOST, _OF_SAMPLES = 24, 0.02, 1e-8
+# Lines of a curve at first.
+_LINES = 64
+# Most lines of a curve.
+_MOST_LINES = 1024
+# The last Fourier coefficients over the largest, below which a curve is smooth.
+_SMOOTH = 1e-7
+# The same ratio below which a curve is still of use.
+_ROUGH = 1e-5
+# The same ratio above which the nearest place jumps.
+_JUMPS = 1e-2
+# Lines of a curve with a gap.
+_BESIDE_GAPS = 512
+# Change of depth from one line to the next that is a jump.
+_JUMP = 0.2
+# Least rate of the phase where the amplitude fades.
+_LEAST_RATE = 0.1
+# First step of the secant method along a line, in depth.
+_FIRST = 1e-3
+# Longest step, in depth.
+_LONGEST = 0.3
+# Most steps.
+_MOST_STEPS = 30
+# Step, in depth, below which the method has converged.
+_LAST = 1e-8
+# Samples on each line for the start of the search for the nearest place.
+_SAMPLES = 24
+# Depth of the outermost line on which samples lie, where no outer critical curve bounds them.
+_OUTERMOST = 0.02
+# Tolerance of the rays of samples, radians.
+_OF_SAMPLES = 1e-8
 # The growth of the error by the square of the farthest nearest place, radians, and by the inverse radius of the viewer,
 # as partial waves show it.
 _FAR_OFF = 6.5
@@ -87,7 +107,7 @@ def _nearest_places(source: WaveSource, curves: CriticalCurves, order: int, coun
     """The places nearest to the star on so many lines."""
     sky = search_sky(source.viewer)
     depth, first, last = _first_depths(sky, source, curves, order, count)
-    lines = _LineFamily(sky.search_camera, source.surface, turns(count))
+    lines = _RingLines(sky.search_camera, source.surface, edge_phases(count))
     depth, here, lost = _nearest(lines, source.star, depth)
     return _NearestPlaces(source, order, lines, depth, here, lost | (depth <= first) | (depth >= last))
 
@@ -96,7 +116,7 @@ def _first_depths(
     sky: SearchSky, source: WaveSource, curves: CriticalCurves, order: int, count: int
 ) -> tuple[Float[Array, " lines"], Float[Array, " lines"], Float[Array, " lines"]]:
     """Depths on lines next to the place that is nearest to the star, and the range in which they belong to the ring."""
-    edge_phase = turns(count)
+    edge_phase = edge_phases(count)
     here = _depth(curves, order, edge_phase)
     inner = _depth(curves, order + 1, edge_phase) if order < len(curves.curves) else None
     outer = _depth(curves, order - 1, edge_phase) if order > 1 else None
@@ -105,7 +125,7 @@ def _first_depths(
     last = here + (here - first if inner is None else (inner - here) / 2)
     part = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
     depth = first[:, None] + part * (last - first)[:, None]
-    lines = _LineFamily(sky.search_camera, source.surface, np.repeat(edge_phase, _SAMPLES))
+    lines = _RingLines(sky.search_camera, source.surface, np.repeat(edge_phase, _SAMPLES))
     rays = rays_of_directions(sky.search_camera, lines.sky(depth.ravel()), "auto", _OF_SAMPLES, end=source.surface)
     away = np.nan_to_num(lengths(rays.direction - source.star), nan=math.inf).reshape(depth.shape)
     return depth[np.arange(count), away.argmin(axis=1)], first, last
@@ -124,9 +144,9 @@ class _NearestPlaces:
 
     source: WaveSource
     order: int
-    lines: "_LineFamily"
+    lines: "_RingLines"
     depth: Float[Array, " lines"]
-    here: "_Here"
+    here: "_LinePoints"
     astray: Bool[Array, " lines"]
 
     @property
@@ -161,7 +181,7 @@ class _NearestPlaces:
         turned = (self.lines.sky(self.depth, _DIFFERENCE) - self.lines.sky(self.depth, -_DIFFERENCE)) / (
             2 * _DIFFERENCE
         )
-        area = lengths(np.cross(turned, here.deeper)) * sky.still_lengths(here.sky) ** 2
+        area = lengths(np.cross(turned, here.deeper)) * sky.radian_at_rest(here.sky) ** 2
         with np.errstate(invalid="ignore", divide="ignore"):
             amplitude = source.amplitudes(camera, here.sky, beams, np.abs(pushed) * area / lengths(along))
         time, late = sky.viewer_time(here.time, here.time_error)
@@ -180,14 +200,20 @@ class _NearestPlaces:
         if is_smooth and gap is not None:
             # An image in the fade would be there in part.
             is_smooth = bool(np.abs(rate_of(phase)[gap.fades(self.edge_phase)]).min() > _LEAST_RATE)
-        far_off = 1 + _FAR_OFF * source.nearness * float(self.away[kept].max()) ** 2
+        off_axis_factor = 1 + _FAR_OFF * source.nearness * float(self.away[kept].max()) ** 2
         late = float(late[kept].max())
-        return NearestCurve(self.order, phase, late, amplitude, far_off, tail, is_smooth, gap, short)
+        return NearestCurve(self.order, phase, late, amplitude, off_axis_factor, tail, is_smooth, gap, short)
 
 
 @dataclass(frozen=True, eq=False)
-class _Here:
-    """Places on lines: directions N and their derivatives by depth; beams; n' by depth."""
+class _LinePoints:
+    """Places on lines, one on each.
+
+    sky: directions N.
+    deeper: derivatives of N by depth.
+    beams: beams of these directions.
+    along: derivatives of n' by depth.
+    """
 
     sky: Float[Array, "lines 3"]
     deeper: Float[Array, "lines 3"]
@@ -208,7 +234,7 @@ class _Here:
 
 
 @dataclass(frozen=True, eq=False)
-class _LineFamily:
+class _RingLines:
     camera: Viewer
     surface: CelestialSphere | Sphere
     edge_phase: Float[Array, " lines"]
@@ -219,7 +245,7 @@ class _LineFamily:
         line_of_sight, _ = domain.line_of_sight(self.edge_phase + turn, depth)
         return sky_from_line_of_sight(self.camera.frame(), line_of_sight)
 
-    def at(self, depth: Float[Array, " lines"]) -> _Here:
+    def points_at(self, depth: Float[Array, " lines"]) -> _LinePoints:
         step = _DIFFERENCE
         sky, inner, outer = self.sky(np.stack([depth, depth + step, depth - step]))
         deeper = (inner - outer) / (2 * step)
@@ -238,15 +264,15 @@ class _LineFamily:
         drift = np.einsum("nx,anx->na", deeper, np.array(tangent_basis(sky)))
         step_there = np.einsum("nij,nj->ni", beams.jacobian, drift)
         along = np.einsum("ni,inx->nx", step_there, np.array(polar_basis(beams.direction)))
-        return _Here(sky, deeper, beams, along)
+        return _LinePoints(sky, deeper, beams, along)
 
 
 def _nearest(
-    lines: _LineFamily, star: Float[Array, " 3"], depth: Float[Array, " lines"]
-) -> tuple[Float[Array, " lines"], _Here, Bool[Array, " lines"]]:
+    lines: _RingLines, star: Float[Array, " 3"], depth: Float[Array, " lines"]
+) -> tuple[Float[Array, " lines"], _LinePoints, Bool[Array, " lines"]]:
     """Depths at which n' comes nearest to the star, by the secant method, and whether they are still to be found."""
     last = depth - _FIRST
-    before, here = lines.at(last).along @ star, lines.at(depth)
+    before, here = lines.points_at(last).along @ star, lines.points_at(depth)
     moving = np.ones(len(depth), bool)
     for _ in range(_MOST_STEPS):
         value = here.along @ star
@@ -255,7 +281,7 @@ def _nearest(
         # Where a line is there, differences are round-off.
         step = np.where(moving, np.clip(np.nan_to_num(step), -_LONGEST, _LONGEST), 0.0)
         last, before, depth = depth, value, depth + step
-        here = lines.at(depth)
+        here = lines.points_at(depth)
         moving &= np.abs(step) > _LAST
         if not moving.any():
             break
@@ -263,7 +289,7 @@ def _nearest(
 
 
 def _impact_vectors(
-    lines: _LineFamily, depth: Float[Array, " lines"], here: _Here, rate: Callable[[Array], Array]
+    lines: _RingLines, depth: Float[Array, " lines"], here: _LinePoints, rate: Callable[[Array], Array]
 ) -> Float[Array, "lines 3"]:
     """Impact vectors of the rays' asymptotes, about the hole: dT = -B . dn' gives the sign of the polar part.
 
@@ -279,7 +305,7 @@ def _impact_vectors(
     polar = np.sqrt(np.maximum(squared, 0))
     step = 10 * _DIFFERENCE
     slopes = [
-        ((lines.at(depth + step).time - lines.at(depth - step).time) / (2 * step), here.along),
+        ((lines.points_at(depth + step).time - lines.points_at(depth - step).time) / (2 * step), here.along),
         (rate(here.time), rate(n)),
     ]
     miss = []

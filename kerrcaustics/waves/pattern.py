@@ -138,9 +138,9 @@ def diffraction_pattern(
     highest = whole_number("max_index", max_index, 0, HIGHEST_INDEX)
     count = whole_number("pixels", pixels, 2, _MOST_PIXELS)
     places = [*itertools.product(_GRID.tolist(), repeat=2), *_BETWEEN]
-    sources = [WaveSource(viewer, SKY, (_at(theta, x), _at(phi, y))) for x, y in places]
+    sources = [WaveSource(viewer, SKY, (_on_side(theta, x), _on_side(phi, y))) for x, y in places]
     # What is left out is known the better, the more indices are.
-    here, beyond = WaveSource(viewer, SKY, (_at(theta, 0.0), _at(phi, 0.0))), min(highest + 2, HIGHEST_INDEX)
+    here, beyond = WaveSource(viewer, SKY, (_on_side(theta, 0.0), _on_side(phi, 0.0))), min(highest + 2, HIGHEST_INDEX)
     waves, sheets = _waves(here, beyond), here.sheets(beyond)
     nearest = _nearest_order(sheets, highest, here.star)
     rings = _rings(sources, sheets, nearest, highest)
@@ -218,7 +218,7 @@ def _checked_frequency(frequency: object) -> float:
     return omega
 
 
-def _at(side: tuple[float, float], x: Any) -> Any:
+def _on_side(side: tuple[float, float], x: Any) -> Any:
     """Places at x, -1 to 1, of a side."""
     return (side[0] + side[1]) / 2 + x * (side[1] - side[0]) / 2
 
@@ -307,7 +307,7 @@ def _field(
         here = columns[first : first + few]
         bright, late = (here @ np.tensordot(rows[i], part, 1) for part in (amplitude, phase))
         values[i, first : first + few] = (bright * np.exp(1j * omega * late)).sum(axis=1)
-    return curves[0].turned(omega) * values * (2 * math.pi / count)
+    return curves[0].prefactor(omega) * values * (2 * math.pi / count)
 
 
 def _sum_of_images(

@@ -14,14 +14,20 @@ Array = np.ndarray
 
 # By the frequency.
 _NEXT_PHASE = 1 / 24
-# Nodes of the sum: per radian of phase that passes in a turn, and at least; by how much frequencies that share nodes
-# may differ.
-_PER_RADIAN, _LEAST_NODES, _ALIKE = 1.2, 40, 1.25
+# Nodes of the sum per radian of the fastest phase.
+_PER_RADIAN = 1.2
+# Nodes of the sum at zero frequency.
+_LEAST_NODES = 40
+# Largest ratio of frequencies that share nodes.
+_ALIKE = 1.25
 # Most nodes of one sum: at higher frequencies there is none.
 _MOST_NODES = 1 << 17
-# Images are on the curve if its phase is their time where it is stationary, so exactly, by so many times more lines;
-# the rate of a phase that is stationary without a turn.
-_FINELY, _SAME_TIME, _STILL = 8, 1e-3, 0.02
+# Factor of the number of lines on which stationary places of the phase are searched for.
+_FINELY = 8
+# Largest difference between the phase at a stationary place and the time of an image on the curve.
+_SAME_TIME = 1e-3
+# Rate below which a phase is stationary without a change of sign.
+_STILL = 0.02
 # Below it a phase is round-off: on an axis it is constant.
 _TINY = 1e-3
 # What is wrong with a wave by its amplitude where nothing is known of its phase.
@@ -36,7 +42,7 @@ class NearestCurve:
     phase: T - B . n_s.
     phase_error: that of the times, but for what is lost between the lines.
     amplitude: of the sum.
-    far_off: by how much its error is larger than on the axis.
+    off_axis_factor: by how much its error is larger than on the axis.
     roughness: the last Fourier coefficients over the largest.
     is_smooth: True if it is one curve that every line crosses once, but for lines in the gap.
     gap: lines that are left out.
@@ -47,7 +53,7 @@ class NearestCurve:
     phase: Float[Array, " lines"]
     phase_error: float
     amplitude: Float[Array, " lines"]
-    far_off: float
+    off_axis_factor: float
     roughness: float
     is_smooth: bool
     gap: Gap | None = None
@@ -115,13 +121,13 @@ class NearestCurve:
             value[:, here] = [one + 1j * other for one, other in (parts[:2], parts[2:])]
             value[:, here] /= count
             first = last
-        return self.turned(omega) * value * np.exp(1j * omega * middle) * (2 * math.pi)
+        return self.prefactor(omega) * value * np.exp(1j * omega * middle) * (2 * math.pi)
 
     def holds(self, time: Float[Array, " images"]) -> Bool[Array, " images"]:
         """True for images, by their times, that are stationary places of the sum; others of the ring lie elsewhere."""
         count = _FINELY * len(self.phase)
         step, phase, rate = 2 * math.pi / count, resampled(self.phase, count), resampled(rate_of(self.phase), count)
-        kept = np.ones(count, bool) if self.gap is None else ~self.gap.hides(turns(count))
+        kept = np.ones(count, bool) if self.gap is None else ~self.gap.hides(edge_phases(count))
         after = np.roll(rate, -1)
         # Where the rate changes its sign, by a cubic through both lines; on an axis the phase is constant.
         reversals, flat = kept & (rate * after < 0), kept & (np.abs(rate) < _STILL)
@@ -131,7 +137,7 @@ class NearestCurve:
         there = np.concatenate([phase[reversals] + bend + rise, phase[flat]])
         return np.abs(there - time[:, None]).min(axis=1, initial=math.inf) < _SAME_TIME
 
-    def turned(self, omega: Any) -> Any:
+    def prefactor(self, omega: Any) -> Any:
         """The factor before the integral."""
         turn = np.exp(-0.25j * math.pi - 0.5j * math.pi * (self.order - 1))
         return np.sqrt(omega / (2 * math.pi)) * turn * next_order(self.order, omega)
@@ -142,7 +148,7 @@ def next_order(order: int, omega: Any) -> Any:
     return np.exp(1j * _NEXT_PHASE / omega) if order == 1 else 1.0
 
 
-def turns(count: int) -> Float[Array, " lines"]:
+def edge_phases(count: int) -> Float[Array, " lines"]:
     """Edge phases of equally spaced lines."""
     return 2 * math.pi * np.arange(count) / count
 

@@ -22,11 +22,16 @@ _ON_RING, _NEXT_ORDER = 0.18, 0.7
 _MOST = 1.0
 # The amplitude of many images of one index, by the root of the sum of squares.
 _IN_PHASE = 2.0
-# Amplitude of each index by that of two before, as images are on the same side then, at least and at most; and the rest
-# by the highest index, where no more is known. How much more than so the rest may be, where indices have the same
-# number of images, and where it grows; and the whole where stars are within caustics.
-_LEAST_RATIO, _LARGEST_RATIO, _UNKNOWN_RATIO = 0.05, 0.8, 0.75
-_UNSURE, _MORE = (1.25, 2.5), 1.3
+# Least ratio of the amplitude of an index to that of two before, whose images lie on the same side.
+_LEAST_RATIO = 0.05
+# Largest ratio of these amplitudes.
+_LARGEST_RATIO = 0.8
+# Ratio of the amplitude of all higher indices to that of the highest one where no more is known.
+_UNKNOWN_RATIO = 0.75
+# Factors of the extrapolated rest: where indices have the same number of images, and where the number grows.
+_UNSURE = (1.25, 2.5)
+# Factor of the whole where stars are within caustics.
+_MORE = 1.3
 
 
 def error_of_images(waves: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:

@@ -14,9 +14,14 @@ from kerrcaustics.shapes import Complex, Float
 
 Array = np.ndarray
 
-# Nodes of Pearcey's integral on the path on which its integrand falls as exp(-s^4), and the last ones; what round-off
-# may cost there. Imaginary parts of roots below this part of them are round-off.
-_NODES, _LAST, _LOST, _REAL = 600, 6.0, 1e-6, 1e-8
+# Nodes of Pearcey's integral on the path on which its integrand falls as exp(-s^4).
+_NODES = 600
+# |s| of the last nodes.
+_LAST = 6.0
+# Largest loss by round-off in that integral.
+_LOST = 1e-6
+# Imaginary part of a root, in parts of the root, below which it is round-off.
+_REAL = 1e-8
 # Largest argument of Airy functions: their leading terms beyond it are the sum of two images.
 _FARTHEST = 1e4
 

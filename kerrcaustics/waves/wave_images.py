@@ -26,8 +26,12 @@ _OF_END, _OF_TIME = 4e-15, 2e-15
 class WaveImages(Rows):
     """Images of one star, one entry each.
 
-    index: Morse index; amplitude: g times the root of the magnification, at finite radii over that in empty space;
-    time: of travel; around: position angle about the hole, radians; amplitude_error, time_error: their errors.
+    index: Morse index.
+    amplitude: g times the root of the magnification, at finite radii over that in empty space.
+    time: travel time.
+    around: position angle about the hole, radians.
+    amplitude_error: error of the amplitude.
+    time_error: error of the time.
     """
 
     index: Int[Array, " images"]
@@ -57,7 +61,7 @@ def wave_images(source: WaveSource, images: StarImages) -> WaveImages:
     """The waves of the images of a source."""
     viewer, sky = images.camera, search_sky(images.camera)
     camera, end = sky.search_camera, source.surface
-    places = sky.searched(images.sky)
+    places = sky.to_search(images.sky)
     beams = beams_of_directions(
         camera, places, "auto", TOLERANCE, end=end, time=False, index=False, crossings=False, constants=True
     )

@@ -12,8 +12,12 @@ from kerrcaustics.workers.worker_failures import Compute, Finished, Job, WorkerF
 
 # Jobs that the scheduler holds at a time.
 _IN_FLIGHT = 20_000
-# Seconds without news after which the scheduler is queried for its workers; its time limits to answer, first and later.
-SECONDS_BETWEEN_LOOKS, FIRST_ANSWER, _ANSWER = 5.0, 30.0, 10.0
+SECONDS_BETWEEN_LOOKS = 5.0
+"""Seconds without news after which the scheduler is queried for its workers."""
+FIRST_ANSWER = 30.0
+"""Seconds within which the scheduler must answer first."""
+# Seconds within which it must answer later.
+_ANSWER = 10.0
 
 
 def on_cluster(scheduler: str, compute: Compute, jobs: list[Job], worker_failures: WorkerFailures) -> Finished:

@@ -22,7 +22,7 @@ import numpy as np
 
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import SKY, Sphere
-from kerrcaustics.images.deep_images import deepened
+from kerrcaustics.images.deep_images import refined_at_shadow_edge
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.sphere import from_angles, polar_angle
 
@@ -71,7 +71,7 @@ def refined_claims(camera: kc.Camera, end: float, rng: np.random.Generator, most
     stars = np.stack([polar_angle(n), np.arctan2(n[:, 1], n[:, 0])], axis=-1)
     surface = SKY if math.isinf(end) else Sphere(end)
     doubt, leaf = np.full(len(good), math.inf), np.zeros(len(good), bool)
-    deep = deepened(camera, sky[good], doubt, from_angles(*stars.T), surface, leaf)
+    deep = refined_at_shadow_edge(camera, sky[good], doubt, from_angles(*stars.T), surface, leaf)
     claims = []
     for i, place, error, time, late in zip(*deep, strict=True):
         star = (float(stars[i, 0]), float(stars[i, 1]))

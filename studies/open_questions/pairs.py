@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import kerrcaustics as kc
-from kerrcaustics.curves.critical_curves import between
+from kerrcaustics.curves.critical_curves import points_between
 from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map import sky_lines
@@ -82,7 +82,7 @@ def random_points(sheets: Sheets, order: int, count: int, rng: np.random.Generat
     n = len(points)
     run = np.concatenate([[0], np.cumsum(length[n : 2 * n])])
     edge_phase = np.interp(rng.uniform(0, run[-1], count), run, around.edge_phase[n : 2 * n + 1])
-    return between(sheets.curves.search(), {order: around}, {order: np.sort(edge_phase)})[order]
+    return points_between(sheets.curves.search(), {order: around}, {order: np.sort(edge_phase)})[order]
 
 
 def _pairs(sheets: Sheets, star: Array) -> Array:

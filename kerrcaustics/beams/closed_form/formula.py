@@ -46,10 +46,19 @@ Ends = RayEnd[Reals | Flags]
 class _Values(NamedTuple):
     """Values of a ray beside its direction n' and its radius at the end.
 
-    quartic, the factors of R, of rays that are not short; polar and radial motion; at, the arrival; lost: it does not
-    reach its end; certain: rounding does not decide that; certified: the formulas hold; spread, of a ray traced alone;
-    noise, and that of the Jacobian, relative to its size and absolute; sense, the sign of det J if no conjugate point
-    was passed.
+    photon: constants of the ray.
+    quartic: factors of R, of rays that are not short.
+    azimuth: azimuth of the end, radians.
+    polar: the polar motion.
+    travel: the radial motion.
+    at: the arrival.
+    lost: True if the ray does not reach its end.
+    certain: True if rounding does not decide that.
+    certified: True if the formulas hold.
+    spread: spread of a ray traced alone.
+    noise: round-off of the end, radians.
+    jacobian_noise: round-off of the Jacobian, relative to its size, and absolute.
+    sense: sign of det J if no conjugate point was passed.
     """
 
     photon: Photon

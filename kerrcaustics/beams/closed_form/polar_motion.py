@@ -29,9 +29,11 @@ _POWERS = (0, 1, -1, 2, -2, 3, -3)
 class PolarRates(NamedTuple):
     """Values at the end for the variation of the polar motion.
 
-    rate, the components of m', not turned yet, as those of m; lift, the root of q, in the equatorial plane m_z' at the
-    camera, with its sign; height, m_z divided by that; slow, the integral of a^2 m_z^2 divided by q; rho, (k - a^2)^2 +
-    4 a^2 q.
+    rate: components of m', not turned yet, as those of m.
+    lift: root of q, in the equatorial plane m_z' at the camera, with its sign.
+    height: m_z divided by the lift.
+    slow: integral of a^2 m_z^2 divided by q.
+    rho: (k - a^2)^2 + 4 a^2 q.
     """
 
     rate: Components
@@ -44,9 +46,16 @@ class PolarRates(NamedTuple):
 class Polar(NamedTuple):
     """m = (x, y, z) at the end, still to be turned about the axis by `turn`.
 
-    azimuth: that of m and the turn about the axis, unwrapped; phase: the z gone through; crossings of the
-    equatorial plane; leaving, positive where the ray moves away from it; clock, the integral of a^2 m_z^2, and rates,
-    for variations, None if not requested.
+    x: first component of m.
+    y: second component of m.
+    z: third component of m.
+    turn: turn about the axis, radians.
+    azimuth: azimuth of m plus the turn, unwrapped, radians.
+    phase: the z gone through.
+    crossings: crossings of the equatorial plane.
+    leaving: positive where the ray moves away from that plane.
+    clock: integral of a^2 m_z^2, None if not requested.
+    rates: values for variations, None if not requested.
     """
 
     x: Reals
@@ -64,8 +73,15 @@ class Polar(NamedTuple):
 class Swing(NamedTuple):
     """The polar oscillation of one ray: see the module's formula.
 
-    rate = dz / dtau; frequency, the same for the argument of sn; nome_slope, the nome over modulus.part; terms, the
-    coefficients of F; first, the phase of the camera.
+    modulus: modulus of the elliptic functions.
+    frequency: rate of the argument of sn in Mino time.
+    rate: dz / dtau.
+    nome: the nome q.
+    nome_slope: the nome over modulus.part.
+    terms: coefficients of F.
+    drift: drift of the turn about the axis.
+    scale: theta_3(0) over the sum of these coefficients.
+    first: phase of the camera.
     """
 
     modulus: elliptic.Modulus

@@ -31,10 +31,16 @@ from kerrcaustics.spacetime.frame import Frame, Photon
 class Travel(NamedTuple):
     """The radial motion to the end.
 
-    time, of Mino; psi; captured; clock, the part of the coordinate time that belongs to r, None if not requested: to
-    infinity the limit of it - r - 2 ln r. At the end: u = 1/r and the rates of u and psi; clearance, the distance from
-    the outer roots, relative to the radius (for a given time from the middle of them), None at infinity; holds: the
-    formulas do.
+    time: Mino time.
+    psi: turn about the spin axis, radians.
+    captured: True if the ray, followed on, falls in.
+    clock: part of the coordinate time that belongs to r, to infinity the limit of it - r - 2 ln r; None if not
+        requested.
+    u: 1 / r at the end.
+    rate: rate of u at the end.
+    psi_rate: rate of psi at the end.
+    clearance: distance from the outer roots (for a given time from their middle) over the radius, None at infinity.
+    holds: True if the formulas hold.
     """
 
     time: Reals

@@ -25,8 +25,12 @@ _LONG = 6.0
 _TINY = 1e-30
 # Of the values of the radial integrals.
 _INTEGRALS = 3e-16
-# The Jacobian loses more digits than the end: derivatives of psi, of k, of the outer roots close to the camera.
-_IN_DERIVATIVE, _OF_RAPIDITY, _OF_CLEARANCE = 9, 1e-15, 5e-14
+# Round-off of the Jacobian over that of the end, as the derivatives of psi lose more digits.
+_IN_DERIVATIVE = 9
+# Round-off of the Jacobian by the derivatives of k, per root of k.
+_OF_RAPIDITY = 1e-15
+# Round-off of the Jacobian by the derivatives of the outer roots, times the clearance from them.
+_OF_CLEARANCE = 5e-14
 _OF_DIRECTION, _FAR = 1e-15, 6
 # The part of the same loss in psi, beside its own.
 _IN_TURN = 2e-2

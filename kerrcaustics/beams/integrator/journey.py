@@ -17,9 +17,14 @@ MAX_STEPS = 3000
 _TO_HORIZON = 2
 # The remaining arc, in radians, below which the path is straight enough to land on its end by one Taylor step.
 _LANDING_ARC = 1e-8
-# Steps onto a finite end after the computed arrival: where the ray only grazes it, round-off keeps it off for ever, by
-# little; where round-off decides how long the ray lingers above the hole, the computed arrival may be far off.
-_CORRECTIONS, _MOST_CORRECTIONS, _CLOSE = 3, 300, 1e-6
+# Most steps onto a finite end after the computed arrival, for rays close to the end: round-off keeps those that only
+# graze it off for ever, by little.
+_CORRECTIONS = 3
+# Most such steps for other rays: if round-off decides how long a ray lingers above the hole, the computed arrival may
+# be far off.
+_MOST_CORRECTIONS = 300
+# Rest of the arc, in radians, below which a ray is close to the end.
+_CLOSE = 1e-6
 
 
 class Journey(NamedTuple):
@@ -38,9 +43,17 @@ class Journey(NamedTuple):
 class Progress(NamedTuple):
     """A ray on its way; quantities not requested are None.
 
-    time, of Mino, and steps so far; paths: the ray, its variations or its instability, and its clock where there is
-    one; local_error and clock_error, summed over the steps; azimuth of m; conjugate_points passed, and the sign of the
-    beam's area; crossings of the equatorial plane, and the side of it; corrections, steps after the computed arrival.
+    time: Mino time so far.
+    steps: steps so far.
+    paths: the ray, its variations or its instability, and its clock where there is one.
+    local_error: local errors summed over the steps.
+    azimuth: azimuth of m, unwrapped, radians.
+    conjugate_points: conjugate points passed.
+    area_sign: sign of the beam's area.
+    crossings: crossings of the equatorial plane.
+    side: side of the plane.
+    clock_error: errors of the clock summed over the steps.
+    corrections: steps after the computed arrival.
     """
 
     time: Reals

@@ -28,15 +28,23 @@ from kerrcaustics.spacetime.sphere import polar_basis
 _DIRECTION_GAIN = 0.02
 # Steps per radian of arc, or more, for which that was measured: in longer ones the two orders are less far apart.
 _DENSE = 0.8
-# Round-off of 1e-16 in N, or in a step, is magnified by the spread of the beam; more of it in many steps. That of
-# the angles by which the path turns round the axis is relative.
-_ROUNDING, _PER_STEP, OF_TURN = 1e-15, 0.1, 4e-16
+# Round-off of N, or of a step, as the spread of the beam magnifies it.
+_ROUNDING = 1e-15
+# Growth of that round-off with each step.
+_PER_STEP = 0.1
+# Round-off of the angles by which the path turns round the axis, relative to them.
+OF_TURN = 4e-16
 # Round-off of N as it enters the Jacobian through the angular momentum.
 _IN_JACOBIAN = 4e-15
 
 
 class _Doubt(NamedTuple):
-    """Errors at the end: that of the direction, with no upper limit; its round-off; bent, that of the Jacobian."""
+    """Errors at the end.
+
+    direction: error of the direction, with no upper limit.
+    noise: round-off of the direction.
+    bent: error of the Jacobian.
+    """
 
     direction: Reals
     noise: Reals

@@ -22,8 +22,10 @@ def _repeated(condition: Callable[[Any], Any], turn: Callable[[Any], Any], start
 class Arithmetic:
     """Numbers and what can be done with them.
 
-    operations: functions by the names of operations of a graph; number: a constant, as a number of this kind; any: True
-    if one of some flags holds; repeated: what is left of a start by a turn, over and over, while a condition holds.
+    operations: functions by the names of operations of a graph.
+    number: function that makes a number of this kind from a constant.
+    any: function that is True if one of some flags holds.
+    repeated: function that applies a turn to a start while a condition holds.
     """
 
     operations: Mapping[str, Callable[..., Any]]

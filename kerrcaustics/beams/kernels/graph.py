@@ -16,8 +16,10 @@ PER_RAY = frozenset({"in", "carry", "loopout"})
 class Node(NamedTuple):
     """An operation on other nodes.
 
-    operation, its name; arguments, numbers of nodes; attribute: the text of a constant, the number of a column or of a
-    parameter, the place of a carried number, the numbers of a table and of a column in it.
+    operation: name of the operation.
+    arguments: numbers of the nodes it is applied to.
+    attribute: by operation, text of a constant, number of a column or parameter, place of a carried number, or the
+        numbers of a table and of a column in it.
     """
 
     operation: str

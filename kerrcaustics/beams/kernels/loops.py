@@ -15,9 +15,12 @@ from kerrcaustics.beams.kernels.graph import Graph, live
 class Loop(NamedTuple):
     """A loop.
 
-    before: nodes that are carried at first; carried: the nodes that stand for them, None if unused; after: nodes
-    after a turn; goes_on: the flag. Of the nodes that depend on carried numbers, condition: those of the flag; turn:
-    all others.
+    before: nodes that are carried at first.
+    carried: nodes that stand for the carried numbers, None if unused.
+    after: nodes of the carried numbers after a turn.
+    goes_on: node of the flag.
+    condition: nodes that depend on carried numbers and belong to the flag.
+    turn: all other nodes that depend on carried numbers.
     """
 
     before: tuple[int, ...]

@@ -14,7 +14,12 @@ from kerrcaustics.spacetime.settings import own_settings
 
 
 class Output(NamedTuple):
-    """A number that a function returns: its node; kind "f", "b" or "i"; the leaf of the result that it belongs to."""
+    """A number that a function returns.
+
+    node: its node.
+    kind: "f", "b" or "i".
+    leaf: number of the leaf of the result to which it belongs.
+    """
 
     node: int
     kind: str
@@ -25,9 +30,13 @@ class Output(NamedTuple):
 class Lowered:
     """A function of one ray as a graph.
 
-    outputs: all elements of all leaves of the result in order; shapes: shape and type of each leaf; tree: the structure
-    of the result; columns and parameters: how many numbers of the ray, and of the call, the function takes; tables: the
-    type of numbers and the width of each table of the call (see tables.py).
+    graph: the graph.
+    outputs: all elements of all leaves of the result, in order.
+    shapes: shape and type of each leaf.
+    tree: structure of the result.
+    columns: how many numbers of the ray the function takes.
+    parameters: how many numbers of the call the function takes.
+    tables: type of numbers and width of each table of the call (see tables.py).
     """
 
     graph: Graph

@@ -64,7 +64,7 @@ def ring_images(
     plane_map = PlaneMap(camera, EquatorialPlane(crossing), "auto", TOLERANCE)
     lines = _lines(camera, turn)
     images = plane_map.on_circles(lines, radius, np.sqrt(lines.first * lines.last))
-    light = lens_map.seen(images.sky)
+    light = lens_map.light_at(images.sky)
     missing = ~(images.miss(radius) < _TAKEN)
     per_cell = np.sin(images.distance) / images.slope * sky.lengths(images.sky) ** 2
     return RingImages(
