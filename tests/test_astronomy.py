@@ -15,7 +15,7 @@ import kerrcaustics as kc
 from kerrcaustics.images.counts import CountMap
 from kerrcaustics.spacetime.sphere import from_angles
 
-UNITS = (Path(__file__).parents[1] / "docs" / "units.md").read_text(encoding="utf-8")
+RESULTS = (Path(__file__).parents[1] / "docs" / "results.md").read_text(encoding="utf-8")
 # Mass in solar masses, distance in parsec; GM/c^3 and GM/(c^2 D) worked out by hand from the constants.
 HOLES = {"Sgr A*": (4.3e6, 8180.0), "M87*": (6.5e9, 16.8e6)}
 # Odd, so that few centres of HEALPix pixels lie on edges of cells.
@@ -49,7 +49,7 @@ def made_light(rows=32):
 @pytest.mark.parametrize("name", HOLES)
 def test_scales_of_known_holes_are_those_of_the_page(name):
     scale = kc.PhysicalScale(*HOLES[name])
-    row = next(line for line in UNITS.splitlines() if line.startswith(f"| {name}"))
+    row = next(line for line in RESULTS.splitlines() if line.startswith(f"| {name}"))
     _, _, mass, distance, seconds, units, angle, _ = (cell.strip() for cell in row.split("|"))
     assert (float(mass), float(distance)) == HOLES[name]
     assert float(seconds) == float(f"{scale.seconds:.4g}")

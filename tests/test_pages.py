@@ -29,7 +29,7 @@ SOURCES = {"gallery/": "figures", "howto/": "docs/recipes", "notebooks/": "docs/
 # What a page takes for granted before its first block.
 BEFORE = {
     "films.md": "import numpy as np\n\ndef draw(number):\n    return np.zeros((8, 8, 3), np.uint8)\n",
-    "units.md": "import numpy as np\nimport kerrcaustics as kc\ncamera = kc.Camera(0.9, 20)\n"
+    "results.md": "import numpy as np\nimport kerrcaustics as kc\n"
     "values = np.ones(12 * 64**2)\n"
     "kc.skies.save_sky('sky.fits', kc.skies.celestial_picture(kc.skies.Checkerboard(), 64))\n",
     "sweeps.md": "import numpy as np, xarray\n"

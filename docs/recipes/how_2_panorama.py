@@ -86,4 +86,4 @@ plt.show()
 #     orientation_deg = 90   # or [90, 0, 0]: to the right, up, clockwise
 #
 # Panoramas of 4096 by 2048 pixels or more are best: near the hole a part of the sky is magnified. FITS and HEALPix
-# files can be read, too: `Units, FITS and HEALPix <../units.html>`_.
+# files can be read, too: `FITS and HEALPix <../results.html#fits-and-healpix>`_.
