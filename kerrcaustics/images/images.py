@@ -11,7 +11,7 @@ from kerrcaustics.images.deep_images import deepened, is_deep
 from kerrcaustics.images.search import ImageSearch, on_rings, ring_remark
 from kerrcaustics.images.sheets import sheets_of
 from kerrcaustics.lens_map.arguments import checked_index, direct_remarks
-from kerrcaustics.lens_map.domains import Ring, search_surface
+from kerrcaustics.lens_map.domains import leaves_of, search_surface
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap
 from kerrcaustics.lens_map.measured_light import measured_light
 from kerrcaustics.lens_map.search_sky import search_camera, search_sky
@@ -176,9 +176,9 @@ def star_images(
     surface, highest = search_surface(camera, end), checked_index(max_index)
     place = surface.checked("star", star, camera, one=True)
     certificate = certificate_of(surface, camera, highest)
-    searched, domain = certificate.searched(place[None]), certificate.domain
+    searched = certificate.searched(place[None])
     images = images_of(camera, surface, [(float(place[0]), float(place[1]))], searched)[0]
-    return images if isinstance(domain, Ring) else _deepened(images, searched, camera, domain.surface)
+    return images if surface.in_plane else _deepened(images, searched, camera, leaves_of(surface, camera).surface)
 
 
 def images_of(

@@ -6,13 +6,13 @@ from typing import get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams.ends import CelestialSphere, End, Sphere, Wherever
+from kerrcaustics.beams.ends import End, Wherever
 from kerrcaustics.choices import WaveMethod
 from kerrcaustics.images.images import StarImages, star_images
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.interop.row_tables import FrequencyTable
 from kerrcaustics.lens_map.arguments import HIGHEST_INDEX, checked_place
-from kerrcaustics.lens_map.domains import search_surface
+from kerrcaustics.lens_map.domains import leaves_of, search_surface
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
@@ -149,13 +149,13 @@ def amplification(
     """
     check_viewer(viewer)
     surface = search_surface(viewer, end)
-    if not isinstance(surface, CelestialSphere | Sphere):
+    if surface.in_plane:
         raise ValueError(f"Argument `end` must be math.inf or the radius of the source, but is {quoted(end)}.")
     highest = whole_number("max_index", max_index, 0, HIGHEST_INDEX)
     place = checked_place("source", source, viewer, surface)
     omega = _checked_frequencies(frequencies)
     one_of("method", method, METHODS)
-    return _amplification(WaveSource(viewer, surface, place), omega, highest, method)
+    return _amplification(WaveSource(viewer, leaves_of(surface, viewer).surface, place), omega, highest, method)
 
 
 def _checked_frequencies(frequencies: ArrayLike) -> Float[Array, " frequencies"]:
