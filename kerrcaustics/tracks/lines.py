@@ -7,10 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
-from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.images.sheets import Sheets, checked_sheets
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap
-from kerrcaustics.lens_map.search_sky import TOLERANCE, search_sky
+from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.numerics.roots import bracketed_roots
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.shown import Shown
@@ -209,9 +208,7 @@ def _along_curves(images: CircleImages, path: _SkyLine) -> dict[int, int]:
 
 
 def _beams(sheets: Sheets, sky: Float[Array, "places 3"]) -> Beams:
-    beams = beams_of_directions(
-        sheets.camera, sky, "auto", TOLERANCE, crossings=False, redshift=False, end=sheets.surface
-    )
+    beams = sheets.map.beams_of_sky(sky)
     if not beams.escaped.all():
         raise ValueError("Argument `line` must not touch the shadow.")
     return beams
