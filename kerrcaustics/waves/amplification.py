@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.ends import End, Wherever
 from kerrcaustics.choices import WaveMethod
 from kerrcaustics.images.images import StarImages, star_images
-from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.interop.row_tables import FrequencyTable
 from kerrcaustics.lens_map.arguments import HIGHEST_INDEX, checked_place
 from kerrcaustics.lens_map.domains import leaves_of, search_surface
@@ -19,8 +18,7 @@ from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.shapes import Complex, Float
 from kerrcaustics.spacetime.checks import argument_named, numbers, one_of, quoted, whole_number
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
-from kerrcaustics.waves.image_groups import wave_field
-from kerrcaustics.waves.wave_images import WaveImages, wave_images
+from kerrcaustics.waves.source_field import source_field
 from kerrcaustics.waves.wave_sources import WaveSource
 
 Array = np.ndarray
@@ -155,7 +153,23 @@ def amplification(
     place = checked_place("source", source, viewer, surface)
     omega = _checked_frequencies(frequencies)
     one_of("method", method, METHODS)
-    return _amplification(WaveSource(viewer, leaves_of(surface, viewer).surface, place), omega, highest, method)
+    field = source_field(WaveSource(viewer, leaves_of(surface, viewer).surface, place), omega, highest, method)
+    return Amplification(
+        camera=viewer,
+        surface=surface,
+        source=place,
+        max_index=highest,
+        frequency=omega,
+        real=np.real(field.value),
+        imaginary=np.imag(field.value),
+        error=field.error,
+        method=field.method,
+        image_index=field.images.index,
+        image_amplitude=field.images.amplitude,
+        image_time=field.images.time,
+        certified=field.certified,
+        remarks=field.remarks,
+    )
 
 
 def _checked_frequencies(frequencies: ArrayLike) -> Float[Array, " frequencies"]:
@@ -169,51 +183,3 @@ def _checked_frequencies(frequencies: ArrayLike) -> Float[Array, " frequencies"]
             f"rays say nothing of longer waves, but has {omega[wrong][0]:g}."
         )
     return omega
-
-
-def _amplification(
-    asked: WaveSource, omega: Float[Array, " frequencies"], highest: int, how: WaveMethod
-) -> Amplification:
-    source = asked.beyond_viewer()
-    index = min(highest + 1, HIGHEST_INDEX)
-    images = star_images(source.viewer, source.place, index, end=source.surface)
-    waves = wave_images(source, images)
-    field = wave_field(source, waves, highest, np.abs(omega), how)
-    value = np.where(omega < 0, field.value.conj(), field.value)
-    return Amplification(
-        camera=asked.viewer,
-        surface=asked.surface,
-        source=asked.place,
-        max_index=highest,
-        frequency=omega,
-        real=np.real(value),
-        imaginary=np.imag(value),
-        error=field.error,
-        method=field.method,
-        image_index=waves.index,
-        image_amplitude=waves.amplitude,
-        image_time=waves.time,
-        certified=images.certified or _all_but_meeting(source.sheets(index), images, field.passed),
-        remarks=(*images.remarks, *_remarks(waves, np.abs(omega))),
-    )
-
-
-def _all_but_meeting(sheets: Sheets, images: StarImages, passed: frozenset[int]) -> bool:
-    """True if all images were found but those that meet on caustics, and the field needs no count of these."""
-    on_caustic = set(images.on_caustic)
-    if not on_caustic or not on_caustic <= passed:
-        return False
-    rings = {order for order in on_caustic if sheets.curves.curves[order - 1].is_point}
-    beside = {index for order in rings for index in (order - 1, order)}
-    return all(images.per_index[index] == count for index, count in images.expected.items() if index not in beside)
-
-
-def _remarks(waves: WaveImages, omega: Float[Array, " frequencies"]) -> tuple[str, ...]:
-    """A remark if frequencies are so high that the phases of images are not known."""
-    late = float(waves.time_error.max(initial=0.0))
-    if not late * float(omega.max()) > 1:
-        return ()
-    return (
-        f"travel times of images are known to {late:.1g} M: at frequencies above {1 / late:.1g} the phases of some are "
-        "not, which the error contains; their moduli are `image_amplitude`",
-    )
