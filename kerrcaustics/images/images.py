@@ -12,6 +12,7 @@ from kerrcaustics.images.search import ImageSearch
 from kerrcaustics.lens_map.arguments import checked_index
 from kerrcaustics.lens_map.domains import leaves_of, search_surface
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME
+from kerrcaustics.results import declared
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.results.shown import Shown
@@ -29,8 +30,8 @@ Array = np.ndarray
 class StarImages(Shown):
     """The images of one source, ordered by Morse index."""
 
-    camera: Viewer = quantity("", "", "the viewer", json="", column="")
-    surface: End = quantity("", "", "surface on which the source lies", json="", column="")
+    camera: Viewer = declared.viewer()
+    surface: End = declared.surface()
     star: tuple[float, float] = quantity(
         "angle", "place", "theta', phi' of the source; in the plane r, phi", given=True
     )
@@ -64,8 +65,8 @@ class StarImages(Shown):
         "orders of the caustics from which the star cannot be distinguished: it may have two images more or fewer, or, "
         "if the caustic is a point, a ring, which is not among the images",
     )
-    certified: bool = quantity(
-        "", "1", "True when the certificate holds for every index, and the star lies on no caustic"
+    certified: bool = declared.certified(
+        "True when the certificate holds for every index, and the star lies on no caustic"
     )
     certificate: str = quantity(
         "",
@@ -74,11 +75,9 @@ class StarImages(Shown):
         "the one that the caustics require); in the plane arcs (the image of the source's circle is whole, and on "
         "each part of it the azimuth runs as the index there requires, once round in all)",
     )
-    remarks: tuple[str, ...] = quantity(
-        "",
-        "",
+    remarks: tuple[str, ...] = declared.remarks(
         "doubts, and what to do about them; even certified images of an Observer at infinity may have a remark: stars "
-        "at infinity are seen directly at infinite (alpha, beta)",
+        "at infinity are seen directly at infinite (alpha, beta)"
     )
     time: Array = quantity("image", "GM/c^3", TRAVEL_TIME)
     time_error: Array = quantity("image", "GM/c^3", "error of time")

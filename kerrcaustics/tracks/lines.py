@@ -11,6 +11,7 @@ from kerrcaustics.images.sheets import Sheets, checked_sheets
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap
 from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.numerics.roots import bracketed_roots
+from kerrcaustics.results import declared
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.shown import Shown
 from kerrcaustics.shapes import Bool, Float, Int
@@ -38,7 +39,7 @@ _SAFETY = 2.0
 class LineCrossings(Shown):
     """Crossings of a line on the camera sky with the images of a great circle, in order along the line."""
 
-    camera: Viewer = quantity("", "", "the viewer", column="")
+    camera: Viewer = declared.viewer(json=None)
     sky: Array = quantity("crossing axis", "1", "directions N; of an Observer (alpha, beta)")
     index: Array = quantity("crossing", "1", "Morse index")
     longitude: Array = quantity("crossing", "rad", "longitude on the circle, in (-pi, pi]")
@@ -49,8 +50,8 @@ class LineCrossings(Shown):
     expected: dict[int, int] = quantity(
         "morse_index", "1", "number of crossings, by index, counted along the curves of `circle_images`"
     )
-    certified: bool = quantity("", "1", "True if both counts agree, and the first one left nothing undecided")
-    remarks: tuple[str, ...] = quantity("", "", "remarks on what is uncertain", default=())
+    certified: bool = declared.certified("True if both counts agree, and the first one left nothing undecided")
+    remarks: tuple[str, ...] = declared.remarks(default=())
 
 
 class _SkyLine:

@@ -9,6 +9,7 @@ from kerrcaustics.beams.ends import End, Wherever
 from kerrcaustics.images.images import StarImages
 from kerrcaustics.lens_map.arguments import checked_index
 from kerrcaustics.lens_map.domains import domain_of, search_surface
+from kerrcaustics.results import declared
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.results.shown import Shown
@@ -34,10 +35,10 @@ _TOGETHER = 256
 class StarTracks(Shown):
     """All tracks of a source that circles the spin axis, or that is at rest while the camera circles it."""
 
-    camera: Viewer = quantity("", "", "the viewer", json="", column="")
-    surface: End = quantity("", "", "surface on which the source lies", json="", column="")
+    camera: Viewer = declared.viewer()
+    surface: End = declared.surface()
     level: float = quantity("", "level", "theta' of the source; in the plane r", json="star", given=True)
-    max_index: int = quantity("", "1", "highest Morse index requested")
+    max_index: int = declared.highest_index()
     angular_velocity: float = quantity(
         "", "c^3/GM", "coordinate azimuth per coordinate time of the camera; 0 if the source moves instead"
     )
@@ -51,13 +52,11 @@ class StarTracks(Shown):
         "",
         "events in which an image of index max_index meets one of a higher index: the ends of open tracks",
     )
-    certified: bool = quantity(
-        "",
-        "1",
+    certified: bool = declared.certified(
         "True if the number of images of each index agrees with the certificate at all azimuths (see `StarImages`), "
-        "and nothing is in doubt",
+        "and nothing is in doubt"
     )
-    remarks: tuple[str, ...] = quantity("", "", "remarks on what is in doubt; empty when certified")
+    remarks: tuple[str, ...] = declared.remarks()
 
     def __repr__(self) -> str:
         """Summary in one line: the star, how many tracks and events."""

@@ -13,6 +13,7 @@ from kerrcaustics.interop.row_tables import FrequencyTable
 from kerrcaustics.lens_map.arguments import HIGHEST_INDEX, checked_place
 from kerrcaustics.lens_map.domains import leaves_of, search_surface
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME
+from kerrcaustics.results import declared
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.shapes import Complex, Float
@@ -37,10 +38,10 @@ METHODS = get_args(WaveMethod)
 class Amplification(FrequencyTable):
     """The field of a monochromatic source, with its full phase, in units of its modulus without the hole."""
 
-    camera: Viewer = quantity("", "", "the viewer", json="", column="")
-    surface: End = quantity("", "", "surface on which the source lies", json="", column="")
+    camera: Viewer = declared.viewer()
+    surface: End = declared.surface()
     source: tuple[float, float] = quantity("angle", "place", "theta', phi' of the source", given=True)
-    max_index: int = quantity("", "1", "highest Morse index requested")
+    max_index: int = declared.highest_index()
     frequency: Array = quantity("wave", "c^3/GM", "angular frequency at infinity, times the mass")
     real: Array = quantity("wave", "1", "real part of the field; in GM/c^2 if viewer and source are at infinity")
     imaginary: Array = quantity("wave", "1", "imaginary part")
@@ -53,8 +54,8 @@ class Amplification(FrequencyTable):
         "image", "1", "g sqrt(mu): the modulus of the image's wave; in the unit of the field"
     )
     image_time: Array = quantity("image", "GM/c^3", TRAVEL_TIME)
-    certified: bool = quantity("", "1", "True when no image is missing; on a caustic two of them are one")
-    remarks: tuple[str, ...] = quantity("", "", "remarks on what is in doubt or left out")
+    certified: bool = declared.certified("True when no image is missing; on a caustic two of them are one")
+    remarks: tuple[str, ...] = declared.remarks("remarks on what is in doubt or left out")
 
     @property
     def value(self) -> Complex[Array, " n"]:
