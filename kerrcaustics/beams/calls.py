@@ -51,7 +51,7 @@ def deep_ends(
 
 
 def roots(
-    camera: Viewer, columns: list[np.ndarray], end: Spherical, numbers: tuple[float, ...], table: np.ndarray
+    camera: Viewer, columns: list[np.ndarray], end: End, numbers: tuple[float, ...], table: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Newton's method on the sky map, of lens_map/newton_formulas.py: directions, their errors, and states.
 

@@ -55,6 +55,7 @@ class EquatorialPlane(End):
     crossing: int = quantity("", "1", "which crossing of the plane, from 1", default=1)
     emitter: str = quantity("", "", "what shines there", default="circular")
     kernel: ClassVar[str] = "plane"
+    in_plane: ClassVar[bool] = True
     coordinates: ClassVar[tuple[Coordinate, Coordinate]] = (
         Coordinate("radius", "r", "GM/c^2"),
         Coordinate("phi", "phi", "rad", TURN),

@@ -90,6 +90,11 @@ class Sphere(End):
         """The first and the second arrival."""
         return self, self.at_second_arrival()
 
+    @property
+    def has_second_arrivals(self) -> bool:
+        """True if it stands for the second arrival of rays, or of some of them."""
+        return bool(np.any(self.second_arrival))
+
     def at_second_arrival(self) -> "Sphere":
         """The sphere at the second arrival."""
         return Sphere(self.radius, second_arrival=True)

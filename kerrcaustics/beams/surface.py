@@ -37,12 +37,14 @@ class Coordinate(NamedTuple):
 class End(Shown):
     """A surface on which rays end; the methods here are those of a sphere of finite radius.
 
-    kernel: its name in the names of kernels; finite: it lies at a finite radius; axes: rows from whose third theta' and
-    from whose first phi' is counted on spheres; coordinates: those of places on it.
+    kernel: its name in the names of kernels; finite: it lies at a finite radius; in_plane: it is the equatorial plane,
+    and no sphere; axes: rows from whose third theta' and from whose first phi' is counted on spheres; coordinates:
+    those of places on it.
     """
 
     kernel: ClassVar[str]
     finite: ClassVar[bool] = True
+    in_plane: ClassVar[bool] = False
     axes: ClassVar[np.ndarray] = np.eye(3)
     coordinates: ClassVar[tuple[Coordinate, Coordinate]] = (
         Coordinate("theta", "theta'", "rad"),
@@ -86,6 +88,11 @@ class End(Shown):
     def arrivals(self) -> "tuple[End, ...]":
         """The surface, once for each arrival that a ray may have there."""
         return (self,)
+
+    @property
+    def has_second_arrivals(self) -> bool:
+        """True if it stands for the second arrival of rays, or of some of them."""
+        return False
 
     def at_second_arrival(self) -> "End":
         """The surface at the second arrival of rays."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.lens_map.domains import domain_of
+from kerrcaustics.results import declared
 from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.results.shown import Items, Shown
 from kerrcaustics.spacetime.viewer import Viewer
@@ -39,7 +40,7 @@ class Caustic(Shown):
     not searched for there, and an order may have several pieces or none.
     """
 
-    camera: Viewer = quantity("", "", "the viewer", json="", column="")
+    camera: Viewer = declared.viewer()
     order: int = quantity(
         "", "1", "1 primary, 2 secondary, 3 tertiary, and so on: between Morse index order - 1 and order"
     )
@@ -68,8 +69,8 @@ class Caustic(Shown):
     closed: bool = quantity("", "1", "True when the whole curve was found and its ends meet")
     error: float = quantity("", "rad", "estimated error of place and of the extremes, relative in r")
     residual: float = quantity("", "1", "largest delta_minus / delta_plus on the critical curve")
-    remarks: tuple[str, ...] = quantity("", "", "remarks on what was missed or is unusual; otherwise empty")
-    surface: End = quantity("", "", "surface on which the sources lie", json="", column="", default=SKY)
+    remarks: tuple[str, ...] = declared.remarks("remarks on what was missed or is unusual; otherwise empty")
+    surface: End = declared.surface(default=SKY)
     r_min: float = quantity("", "GM/c^2", "least radius; that of the sphere", default=math.inf)
     r_max: float = quantity("", "GM/c^2", "largest radius; that of the sphere", default=math.inf)
     ends: tuple[str, ...] = quantity(
@@ -79,7 +80,7 @@ class Caustic(Shown):
         default=(),
     )
     lost: int = quantity("", "1", "points of a curve in the plane that could not be found and are left out", default=0)
-    certified: bool = quantity("", "1", "True when the whole curve was found, with all its cusps", default=False)
+    certified: bool = declared.certified("True when the whole curve was found, with all its cusps", default=False)
 
     @property
     def celestial(self) -> np.ndarray:
@@ -110,7 +111,7 @@ class CausticSet(Items[Caustic]):
     """The caustics of one camera, primary first: a sequence, with a record of the computation."""
 
     curves: tuple[Caustic, ...] = quantity("order", "", "the caustics", column="")
-    camera: Viewer = quantity("", "", "the camera", json="", column="")
+    camera: Viewer = declared.viewer()
     engine: str = quantity("", "", "engine that traced the beams")
     tolerance: float = quantity("", "rad", "requested error of a beam", json="tolerance_rad")
     seconds: float = quantity("", "s", "time it took")
@@ -122,7 +123,7 @@ class CausticSet(Items[Caustic]):
         "orders that were requested and not found; empty in the plane, where an order may have no curve",
         json="missing_orders",
     )
-    surface: End = quantity("", "", "surface on which the sources lie", json="", column="", default=SKY)
+    surface: End = declared.surface(default=SKY)
 
     @property
     def lost(self) -> tuple[int, ...]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.beams.trace import check_request
-from kerrcaustics.curves.critical_points import LABEL_STEP, Points, Search, leaves
+from kerrcaustics.curves.critical_points import LABEL_STEP, Points, Search
 from kerrcaustics.lens_map.domains import Domain, OneLeaf
 from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.lens_map.search_sky import TOLERANCE
@@ -119,7 +119,7 @@ class CriticalCurves:
     @property
     def domain(self) -> OneLeaf:
         """The part of the sky whose rays reach the surface."""
-        return leaves(self.map)
+        return self.map.leaves
 
     def in_coordinates_of(self, surface: End) -> "CriticalCurves":
         """The same curves, with their caustics in the coordinates of a surface of the same shape."""

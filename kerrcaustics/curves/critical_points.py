@@ -12,7 +12,6 @@ from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import End
 from kerrcaustics.beams.ray_state import LEAST_K
 from kerrcaustics.lens_map import sky_lines
-from kerrcaustics.lens_map.domains import OneLeaf
 from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.numerics.roots import bracketed_roots
 from kerrcaustics.shapes import Bool, Float, Int
@@ -112,7 +111,7 @@ class Search:
 
     def __init__(self, search_map: SearchMap) -> None:
         """Search on the map, which is one of a sphere."""
-        self.map, self.domain, self.camera = search_map, leaves(search_map), search_map.camera
+        self.map, self.domain, self.camera = search_map, search_map.leaves, search_map.camera
         self.engines_used: set[str] = set()
         self.beams_traced = 0
         self._frame = self.camera.frame()
@@ -317,14 +316,6 @@ class Search:
         beams = self.map.beams(line_of_sight, second_arrival, tolerance)
         self.engines_used.update(beams.engines)
         return beams
-
-
-def leaves(search_map: SearchMap) -> OneLeaf:
-    """The domain of a map of a sphere."""
-    domain = search_map.domain
-    if not isinstance(domain, OneLeaf):
-        raise TypeError(f"no critical curves by lines on {search_map.surface.in_words()}")
-    return domain
 
 
 def _islands(index: Int[Array, "depths lines"], orders: int) -> dict[int, list[str]]:

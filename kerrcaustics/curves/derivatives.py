@@ -23,6 +23,7 @@ from kerrcaustics.lens_map.circles_in_plane import Crossings
 from kerrcaustics.lens_map.domains import Domain, Ring, search_surface
 from kerrcaustics.lens_map.expansions import REFINED, expanded, inverse, with_errors
 from kerrcaustics.lens_map.lens_map import SearchMap
+from kerrcaustics.results import declared
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.results.shown import Shown
 from kerrcaustics.shapes import Bool, Float, Int
@@ -63,8 +64,8 @@ class CausticDerivatives(Shown):
     phi_min: Array = quantity("parameter", "1", "derivatives of the least phi'")
     phi_max: Array = quantity("parameter", "1", "derivatives of the largest phi'")
     error: float = quantity("", "1", "estimated error of all derivatives, relative to the largest of each")
-    surface: End = quantity("", "", "surface on which the sources lie", json="", column="")
-    remarks: tuple[str, ...] = quantity("", "", "remarks on what is unknown (NaN), and why", default=())
+    surface: End = declared.surface()
+    remarks: tuple[str, ...] = declared.remarks("remarks on what is unknown (NaN), and why", default=())
 
     @property
     @derived("parameter", "1")

@@ -20,6 +20,7 @@ from kerrcaustics.curves.critical_points import Points
 from kerrcaustics.lens_map import sky_lines
 from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.lens_map.search_sky import search_sky
+from kerrcaustics.results import declared
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
 from kerrcaustics.results.shown import Shown
@@ -73,7 +74,7 @@ class CausticTube(Shown):
         "row line axis", "1", "camera-sky directions N of the rays through the points; of an Observer (alpha, beta)"
     )
     closed: bool = quantity("", "1", "True when the whole critical curve was found")
-    remarks: tuple[str, ...] = quantity("", "", "remarks on what was missed or is unusual; otherwise empty")
+    remarks: tuple[str, ...] = declared.remarks("remarks on what was missed or is unusual; otherwise empty")
 
     def __repr__(self) -> str:
         """Summary in one line: order and size."""

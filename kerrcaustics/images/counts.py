@@ -12,6 +12,7 @@ from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.interop import healpix, plate_carree
 from kerrcaustics.lens_map.arguments import checked_index, direct_remarks
 from kerrcaustics.lens_map.domains import search_surface
+from kerrcaustics.results import declared
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.results.shown import Shown
@@ -37,8 +38,8 @@ _FITS_AXIS = "MORSE"
 class ImageCounts(Shown):
     """Image counts of many sources."""
 
-    camera: Viewer = quantity("", "", "the viewer", json="", column="")
-    surface: End = quantity("", "", "surface on which the sources lie", json="", column="")
+    camera: Viewer = declared.viewer()
+    surface: End = declared.surface()
     stars: Array = quantity(
         "star angle", "place", "theta', phi' of the stars; in the plane r, phi", json="star", given=True
     )
@@ -55,7 +56,7 @@ class ImageCounts(Shown):
         "same as counts",
     )
     on_caustic: Array = quantity("star", "1", "True for stars that cannot be distinguished from some caustic")
-    certified: Array = quantity("star", "1", "True as in `StarImages`; False without a search")
+    certified: Array = declared.certified("True as in `StarImages`; False without a search", dims="star")
 
     @property
     @derived("", "1")
@@ -87,15 +88,17 @@ class ImageCounts(Shown):
 class CountMap(Shown):
     """Image counts all over a surface of sources, on a grid of its two coordinates."""
 
-    camera: Viewer = quantity("", "", "the viewer", json="", column="")
-    surface: End = quantity("", "", "surface on which the sources lie", json="", column="")
+    camera: Viewer = declared.viewer()
+    surface: End = declared.surface()
     level: Array = quantity("level", "level", "theta' of the centres of the map's cells; in the plane r of the circles")
     phi: Array = quantity("phi", "rad", "phi' of the centres of the map's cells")
     counts: Array = quantity(
         "level phi morse_index", "1", "images of a source there, by index; for an Observer at finite (alpha, beta) only"
     )
     on_caustic: Array = quantity("level phi", "1", "True where a source cannot be distinguished from a caustic")
-    certified: Array = quantity("level phi", "1", "True as in `StarImages`; False where the winding alone counts")
+    certified: Array = declared.certified(
+        "True as in `StarImages`; False where the winding alone counts", dims="level phi"
+    )
 
     @property
     @derived("", "1")

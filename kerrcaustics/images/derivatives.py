@@ -11,6 +11,7 @@ import numpy as np
 from kerrcaustics.beams.ends import End
 from kerrcaustics.images.images import StarImages
 from kerrcaustics.lens_map.expansions import expanded, inverse, source_parameters, with_errors
+from kerrcaustics.results import declared
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.shown import Shown
 from kerrcaustics.shapes import Float, Int
@@ -48,8 +49,8 @@ class ImageDerivatives(Shown):
         "1",
         "estimated errors of the derivatives of sky, of ln magnification and of time, relative to their largest",
     )
-    camera: Viewer = quantity("", "", "the viewer of the images", json="", column="")
-    surface: End = quantity("", "", "surface on which the source lies", json="", column="")
+    camera: Viewer = declared.viewer()
+    surface: End = declared.surface()
 
     def __len__(self) -> int:
         """Number of images."""

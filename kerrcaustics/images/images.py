@@ -1,24 +1,21 @@
 """Certified images of a source: a star on a sphere around the hole, or something in the equatorial plane."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
-from kerrcaustics.beams.ends import End, Spherical, Wherever
+from kerrcaustics.beams.ends import End, Wherever
 from kerrcaustics.images.certificates import certificate_of
-from kerrcaustics.images.deep_images import needs_refinement, refined_at_shadow_edge
-from kerrcaustics.images.search import ImageSearch, on_rings, ring_remark
-from kerrcaustics.images.sheets import sheets_of
-from kerrcaustics.lens_map.arguments import checked_index, direct_remarks
-from kerrcaustics.lens_map.domains import Ring, search_surface
-from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap
-from kerrcaustics.lens_map.measured_light import measured_light
-from kerrcaustics.lens_map.search_sky import search_camera, search_sky
+from kerrcaustics.images.measured_images import measured_images
+from kerrcaustics.images.refined_images import refined_images
+from kerrcaustics.images.search import ImageSearch
+from kerrcaustics.lens_map.arguments import checked_index
+from kerrcaustics.lens_map.domains import leaves_of, search_surface
+from kerrcaustics.lens_map.lens_map import TRAVEL_TIME
+from kerrcaustics.results import declared
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.results.shown import Shown
-from kerrcaustics.shapes import Bool
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
@@ -33,8 +30,8 @@ Array = np.ndarray
 class StarImages(Shown):
     """The images of one source, ordered by Morse index."""
 
-    camera: Viewer = quantity("", "", "the viewer", json="", column="")
-    surface: End = quantity("", "", "surface on which the source lies", json="", column="")
+    camera: Viewer = declared.viewer()
+    surface: End = declared.surface()
     star: tuple[float, float] = quantity(
         "angle", "place", "theta', phi' of the source; in the plane r, phi", given=True
     )
@@ -68,8 +65,8 @@ class StarImages(Shown):
         "orders of the caustics from which the star cannot be distinguished: it may have two images more or fewer, or, "
         "if the caustic is a point, a ring, which is not among the images",
     )
-    certified: bool = quantity(
-        "", "1", "True when the certificate holds for every index, and the star lies on no caustic"
+    certified: bool = declared.certified(
+        "True when the certificate holds for every index, and the star lies on no caustic"
     )
     certificate: str = quantity(
         "",
@@ -78,11 +75,9 @@ class StarImages(Shown):
         "the one that the caustics require); in the plane arcs (the image of the source's circle is whole, and on "
         "each part of it the azimuth runs as the index there requires, once round in all)",
     )
-    remarks: tuple[str, ...] = quantity(
-        "",
-        "",
+    remarks: tuple[str, ...] = declared.remarks(
         "doubts, and what to do about them; even certified images of an Observer at infinity may have a remark: stars "
-        "at infinity are seen directly at infinite (alpha, beta)",
+        "at infinity are seen directly at infinite (alpha, beta)"
     )
     time: Array = quantity("image", "GM/c^3", TRAVEL_TIME)
     time_error: Array = quantity("image", "GM/c^3", "error of time")
@@ -175,122 +170,15 @@ def star_images(
     check_viewer(camera)
     surface, highest = search_surface(camera, end), checked_index(max_index)
     place = surface.checked("star", star, camera, one=True)
-    certificate = certificate_of(surface, camera, highest)
-    searched, domain = certificate.images(place[None]), certificate.domain
-    images = images_of(camera, surface, [(float(place[0]), float(place[1]))], searched)[0]
-    return images if isinstance(domain, Ring) else _refined(images, searched, camera, domain.surface)
+    searched = certificate_of(surface, camera, highest).images(place[None])
+    source = (float(place[0]), float(place[1]))
+    if surface.in_plane:
+        return images_of(camera, surface, [source], searched)[0]
+    return StarImages(**refined_images(camera, leaves_of(surface, camera).surface, source, searched))
 
 
 def images_of(
     camera: Viewer, surface: End, stars: list[tuple[float, float]], searched: ImageSearch
 ) -> list[StarImages]:
     """The images that a search for some sources found, source by source, as the camera sees them."""
-    lens_map, directions = LensMap(camera, surface), searched.images
-    light = lens_map.light_at(directions.sky, directions.second_arrival)
-    at = measured_light(lens_map, light, directions.sky, directions.error, directions.second_arrival)
-    of_images = {
-        "sky": at.sky,
-        "azimuth": at.azimuth,
-        "index": directions.index,
-        "parity": 1 - 2 * (directions.index % 2),
-        "magnification": at.magnification,
-        "magnification_error": at.magnification_error,
-        "crossings": np.asarray(at.beams.crossings),
-        "crossings_certain": np.asarray(at.beams.crossings_certain),
-        "redshift": at.redshift,
-        "redshift_error": at.redshift_error,
-        "error": at.error,
-        "time": at.time,
-        "time_error": at.time_error,
-        "second_arrival": directions.second_arrival,
-    }
-    notes, certified = direct_remarks(surface, camera), searched.certified
-    by_star = np.argsort(directions.star, kind="stable")
-    bounds = np.searchsorted(directions.star[by_star], np.arange(len(stars) + 1))
-    images = []
-    for i, star in enumerate(stars):
-        own = by_star[bounds[i] : bounds[i + 1]]
-        images.append(
-            StarImages(
-                camera=camera,
-                surface=surface,
-                star=star,
-                **{name: values[own] for name, values in of_images.items()},
-                per_index=dict(enumerate(searched.counts[i].tolist())),
-                expected=dict(enumerate(searched.expected[i].tolist())),
-                on_caustic=tuple((np.flatnonzero(searched.on_caustic[i]) + 1).tolist()),
-                certified=bool(certified[i]),
-                certificate=searched.certificate,
-                remarks=(*notes, *_ring_remarks(camera, surface, searched.ring[i]), *_remarks(searched, i)),
-            )
-        )
-    return images
-
-
-def _refined(images: StarImages, searched: ImageSearch, camera: Viewer, end: Spherical) -> StarImages:
-    """The same, with those that lie close to the shadow edge to round-off; searched: where they were found.
-
-    Refined images are traced anew, so that all that is said of them belongs to their place.
-    """
-    times = (images.time, images.time_error) if end.finite else (None, None)
-    which = np.flatnonzero(needs_refinement(searched.images.index, searched.images.error, *times))
-    if len(which) == 0:
-        return images
-    star = np.tile(end.vectors(np.array([images.star])), (len(which), 1))
-    deep = refined_at_shadow_edge(
-        search_camera(camera),
-        searched.images.sky[which],
-        searched.images.error[which],
-        star,
-        end,
-        searched.images.second_arrival[which],
-    )
-    deep_ones = which[deep.which]
-
-    def with_deep(values: Array, better: Array | None) -> Array:
-        values = values.copy()
-        values[deep_ones] = better
-        return values
-
-    sky, error = with_deep(searched.images.sky, deep.sky), with_deep(searched.images.error, deep.error)
-    there = replace(searched, images=replace(searched.images, sky=sky, error=error))
-    (refined,) = images_of(camera, end, [images.star], there)
-    turn, phi = 2 * math.pi, images.star[1]
-    around = phi + turn * np.round((refined.azimuth[deep_ones] - phi) / turn)
-    refined = replace(refined, azimuth=with_deep(refined.azimuth, around))
-    # N gives the time less accurately than the distance from the shadow edge does.
-    time, late = search_sky(camera).viewer_time(deep.time, deep.time_error)
-    return replace(refined, time=with_deep(refined.time, time), time_error=with_deep(refined.time_error, late))
-
-
-def _ring_remarks(camera: Viewer, surface: End, ring: Bool[Array, " orders"]) -> tuple[str, ...]:
-    """Remarks about rings; ring: by order, True where the star lies on a caustic that is a point."""
-    if not ring.any():
-        return ()
-    curves = sheets_of(camera, len(ring) - 1, surface).curves
-    return tuple(ring_remark(camera, surface, curve) for curve in curves if ring[curve.order - 1])
-
-
-def _remarks(searched: ImageSearch, star: int) -> tuple[str, ...]:
-    """Remarks about one of the stars, but for rings."""
-    counts, expected, coarse = searched.counts[star], searched.expected[star], searched.coarse
-    orders = (np.flatnonzero(searched.on_caustic[star] & ~searched.ring[star]) + 1).tolist()
-    remarks = list(searched.remarks[star]) if searched.remarks else []
-    remarks += [
-        f"the star cannot be distinguished from the caustic of order {order}: it may have two images more, or less; "
-        "move it by more than its error"
-        for order in orders
-    ]
-    missing = counts != expected
-    if missing.any():
-        missing &= ~on_rings(searched.ring[[star]])[0]
-    remarks += [
-        f"index {k}: the search found {counts[k]} images, the caustics require {expected[k]}; "
-        + (
-            f"its sheet is searched in steps of {math.degrees(coarse[k]):.0f} degrees, as 10 take too long"
-            if coarse[k] > 0
-            else "move the star or the camera a little and compare"
-        )
-        for k in np.flatnonzero(missing).tolist()
-    ]
-    return tuple(remarks)
+    return [StarImages(**fields) for fields in measured_images(camera, surface, stars, searched)]

@@ -13,9 +13,9 @@ from functools import reduce
 import numpy as np
 
 from kerrcaustics.beams.ends import Sphere, end_of
-from kerrcaustics.beams.trace import rays_of_directions
 from kerrcaustics.images.search import ImageSearch, SkyImages, search, searched_together
 from kerrcaustics.images.sheets import Sheets, sheets_of
+from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.lens_map.search_sky import magnified, search_camera
 from kerrcaustics.shapes import Float, Int
@@ -29,6 +29,8 @@ Array = np.ndarray
 
 # Newton steps from the place that b and q give.
 _FEW_STEPS = 12
+# Wanted error of the rays of guesses, radians.
+_OF_GUESS = 1e-10
 
 
 def search_within(camera: Viewer, angles: Float[Array, "stars 2"], max_index: int, end: Sphere) -> ImageSearch:
@@ -110,7 +112,7 @@ def _rotated_about_axis(
     """
     if not len(sky):
         return sky
-    rays = rays_of_directions(camera, sky, end=end)
+    rays = SearchMap(camera, end).rays_of_sky(sky, tolerance=_OF_GUESS)
     angle = sense * (np.arctan2(star[:, 1], star[:, 0]) - rays.azimuth)
     (x, y, z), c, s = sky.T, np.cos(angle), np.sin(angle)
     return np.stack([x, c * y - s * z, s * y + c * z], axis=-1)

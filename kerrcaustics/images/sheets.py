@@ -22,6 +22,7 @@ from kerrcaustics.images.sheet_cells import Cells, bilinear_root, cells_of
 from kerrcaustics.images.sheet_grids import Sheet, traced_sheet
 from kerrcaustics.lens_map.arguments import checked_index
 from kerrcaustics.lens_map.domains import domain_of
+from kerrcaustics.lens_map.lens_map import SearchMap
 from kerrcaustics.lens_map.search_sky import search_camera
 from kerrcaustics.lens_map.sky_lines import periodic
 from kerrcaustics.numerics.splines import Spline
@@ -100,14 +101,19 @@ class Sheets:
         return self.grids.sheets
 
     @property
+    def map(self) -> SearchMap:
+        """The map of the sky at rest to the sphere of the sources."""
+        return self.curves.map
+
+    @property
     def camera(self) -> Viewer:
         """The camera at rest at the event."""
-        return self.curves.map.camera
+        return self.map.camera
 
     @property
     def surface(self) -> End:
         """The sphere of the sources."""
-        return self.curves.map.surface
+        return self.map.surface
 
     @property
     def _first(self) -> int:

@@ -189,7 +189,7 @@ Domain = OneLeaf | Ring
 def search_surface(camera: Viewer, end: object) -> End:
     """The surface that `end=` means where all arrivals of rays count: ValueError for one of them alone."""
     surface = end_of(camera, end)
-    if isinstance(surface, Sphere) and np.any(surface.second_arrival):
+    if surface.has_second_arrivals:
         raise ValueError(
             "Argument `end` must be a sphere without second_arrival, as the images by both arrivals are found, but is "
             f"{quoted(end)}."
@@ -201,6 +201,14 @@ def search_surface(camera: Viewer, end: object) -> End:
 def domain_of(surface: End, camera: Viewer) -> Domain:
     """The domain of a surface on the sky of a camera at rest: the one place that knows which surface it is."""
     raise TypeError(f"no domain of {type(surface).__name__}")
+
+
+def leaves_of(surface: End, camera: Viewer) -> OneLeaf:
+    """The domain of a sphere; TypeError for another surface, across which no lines run."""
+    domain = domain_of(surface, camera)
+    if not isinstance(domain, OneLeaf):
+        raise TypeError(f"no lines across the shadow edge lead to {surface.in_words()}")
+    return domain
 
 
 @domain_of.register

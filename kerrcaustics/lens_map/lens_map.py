@@ -13,7 +13,7 @@ import numpy as np
 from kerrcaustics.beams.beam import Beams, Rays
 from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.beams.trace import beams_of_directions, check_request, rays_of_directions
-from kerrcaustics.lens_map.domains import Domain, domain_of
+from kerrcaustics.lens_map.domains import Domain, OneLeaf, domain_of, leaves_of
 from kerrcaustics.lens_map.search_sky import TOLERANCE, SearchSky, search_camera, search_sky
 from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.arrays import HostVectors
@@ -49,27 +49,63 @@ class SearchMap:
         """The part of the sky whose rays reach the surface."""
         return domain_of(self.surface, self.camera)
 
+    @cached_property
+    def leaves(self) -> OneLeaf:
+        """The same for the map of a sphere; TypeError for another one."""
+        return leaves_of(self.surface, self.camera)
+
     def beams(
         self, line_of_sight: Float[Array, "n 3"], second_arrival: Bool[Array, " n"], tolerance: float | None = None
     ) -> Beams:
-        """Beams with their index."""
-        sky, wanted = sky_from_fido(self.camera.frame(), -line_of_sight), tolerance or self.tolerance
+        """Beams of directions of the FIDO, with their index."""
+        return self.beams_of_sky(sky_from_fido(self.camera.frame(), -line_of_sight), second_arrival, tolerance)
 
-        def beams_on_leaf(sky: Array, end: End) -> Beams:
-            return beams_of_directions(self.camera, sky, self.engine, wanted, end=end, crossings=False, redshift=False)
+    def beams_of_sky(
+        self,
+        sky: Float[Array, "n 3"],
+        second_arrival: Bool[Array, " n"] | None = None,
+        tolerance: float | None = None,
+        *,
+        time: bool = False,
+        index: bool = True,
+        constants: bool = False,
+    ) -> Beams:
+        """Beams of directions N; without crossings of the plane and redshifts."""
+        accuracy = tolerance or self.tolerance
 
-        return on_leaves(self.surface.bare(), sky, second_arrival, beams_on_leaf)
+        def traced(sky: Array, end: End) -> Beams:
+            return beams_of_directions(
+                self.camera,
+                sky,
+                self.engine,
+                accuracy,
+                end=end,
+                time=time,
+                index=index,
+                crossings=False,
+                redshift=False,
+                constants=constants,
+            )
+
+        return on_leaves(self.surface.bare(), sky, second_arrival, traced)
+
+    def rays_of_sky(
+        self, sky: Float[Array, "n 3"], second_arrival: Bool[Array, " n"] | None = None, tolerance: float | None = None
+    ) -> Rays:
+        """Rays of directions N."""
+        accuracy = tolerance or self.tolerance
+
+        def traced(sky: Array, end: End) -> Rays:
+            return rays_of_directions(self.camera, sky, self.engine, accuracy, end=end)
+
+        return on_leaves(self.surface.bare(), sky, second_arrival, traced)
 
     def directions(
         self, line_of_sight: HostVectors, second_arrival: Bool[Array, "*batch"], tolerance: float | None = None
     ) -> HostVectors:
         """Unit vectors n' (..., 3)."""
-        sky, wanted = sky_from_fido(self.camera.frame(), -line_of_sight).reshape(-1, 3), tolerance or self.tolerance
-
-        def rays_on_leaf(sky: Array, end: End) -> Rays:
-            return rays_of_directions(self.camera, sky, self.engine, wanted, end=end)
-
-        rays = on_leaves(self.surface.bare(), sky, second_arrival.ravel(), rays_on_leaf)
+        sky = sky_from_fido(self.camera.frame(), -line_of_sight).reshape(-1, 3)
+        rays = self.rays_of_sky(sky, second_arrival.ravel(), tolerance)
         return rays.direction.reshape(line_of_sight.shape)
 
 

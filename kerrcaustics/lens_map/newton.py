@@ -4,7 +4,7 @@ import numpy as np
 
 from kerrcaustics.beams import calls
 from kerrcaustics.beams.beam import Beams
-from kerrcaustics.beams.ends import SKY, CelestialSphere, End, Sphere
+from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.lens_map import newton_limits as limits
 from kerrcaustics.lens_map.domains import domain_of
@@ -40,7 +40,7 @@ def find_roots(
     # Directions toward the hole itself have no place in the chart.
     charted = camera == camera.at_rest() and not domain_of(end, camera).falls
     edge, surface = chart_of(camera).even_edge if charted else np.zeros((1, 4)), end.bare()
-    if edge is None or not isinstance(surface, CelestialSphere | Sphere) or not len(star):
+    if edge is None or surface.in_plane or not len(star):
         return step_by_step(camera, star, index, sky, most_steps, end, charted)
     columns = [sky, star, index.astype(float)]
     found, error, state = calls.roots(camera, columns, surface, (charted, len(edge), most_steps), edge)

@@ -12,11 +12,10 @@ from functools import cached_property
 
 import numpy as np
 
-from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.images.search import search
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.newton import find_roots
-from kerrcaustics.lens_map.search_sky import TOLERANCE, as_seen
+from kerrcaustics.lens_map.search_sky import as_seen
 from kerrcaustics.lens_map.sky_chart import Chart, chart_difference
 from kerrcaustics.level_curves.links import DOUBT, Linker, Links, Nodes, links_of, plain_cost
 from kerrcaustics.level_curves.path_events import STILL, path_events
@@ -120,9 +119,7 @@ class Branches:
         return Nodes(events.longitude, events.order, sky, np.zeros_like(sky), np.zeros(len(sky)), np.arange(len(sky)))
 
     def _images(self, longitude: _Reals, index: _Numbers, sky: _Directions, error: _Reals) -> Nodes:
-        beams = beams_of_directions(
-            self.sheets.camera, sky, "auto", TOLERANCE, end=self.sheets.surface, crossings=False, redshift=False
-        )
+        beams = self.sheets.map.beams_of_sky(sky)
         east = math.sin(self.circle.angle) * self.circle.upward_and_east(beams.direction)[1]
         drift = beams.pulled_back(sky, flattened(beams.direction, east))
         return Nodes(longitude, index, sky, drift, error, np.full(len(sky), -1))

@@ -93,6 +93,31 @@ def quantity(
     return field(default=default, metadata={"quantity": about})
 
 
+def viewer(*, json: str | None = "") -> Any:
+    """The field with the viewer of a result, which no column has; json: None where its record has it."""
+    return quantity("", "", "the viewer", json=json, column="")
+
+
+def surface(*, json: str | None = "", default: Any = MISSING) -> Any:
+    """The field with the surface of a result's sources; json as for `viewer`."""
+    return quantity("", "", "surface on which the sources lie", json=json, column="", default=default)
+
+
+def highest_index() -> Any:
+    """The field with the argument `max_index`."""
+    return quantity("", "1", "highest Morse index requested")
+
+
+def certified(text: str, *, dims: str = "", default: Any = MISSING) -> Any:
+    """The field that is True where a result is certified; text: what that means."""
+    return quantity(dims, "1", text, default=default)
+
+
+def remarks(text: str = "remarks on what is in doubt; empty when certified", *, default: Any = MISSING) -> Any:
+    """The field with the remarks on a result, in words."""
+    return quantity("", "", text, default=default)
+
+
 def derived(dims: str, unit: str, *, json: str | None = None, column: str | None = None) -> Callable[[Get], Get]:
     """A property that is a quantity of its result as well, with the first line of its docstring as the text."""
 
@@ -106,7 +131,11 @@ def derived(dims: str, unit: str, *, json: str | None = None, column: str | None
     return declare
 
 
-@dataclass_transform(eq_default=False, frozen_default=True, field_specifiers=(quantity,))
+@dataclass_transform(
+    eq_default=False,
+    frozen_default=True,
+    field_specifiers=(quantity, viewer, surface, highest_index, certified, remarks),
+)
 def result(
     schema: str, *, record: str = "", points: str = "", rows: str = "", eq: bool = False, kw_only: bool = False
 ) -> Callable[[type[Kind]], type[Kind]]:

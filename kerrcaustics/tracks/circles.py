@@ -19,6 +19,7 @@ from kerrcaustics.lens_map.domains import search_surface
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap, SeenLight
 from kerrcaustics.level_curves.branches import Branches
 from kerrcaustics.level_curves.chains import Chain, chains, errors_on_sky
+from kerrcaustics.results import declared
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.results.shown import Shown
@@ -41,8 +42,8 @@ GALACTIC_POLE = (math.radians(90 - 27.12825), math.radians(192.85948))
 class CircleCurve(Shown):
     """An image of a great circle, or of a part of it: a curve on the camera sky."""
 
-    camera: Viewer = quantity("", "", "the viewer", column="")
-    surface: End = quantity("", "", "surface on which the circle lies", column="")
+    camera: Viewer = declared.viewer(json=None)
+    surface: End = declared.surface(json=None)
     index: int = quantity("", "1", "Morse index")
     sky: Array = quantity("point axis", "1", "directions N; of an Observer (alpha, beta)")
     longitude: Array = quantity("point", "rad", "longitude on the circle, unwrapped, growing")
@@ -88,16 +89,16 @@ class CircleImages(Shown):
     equator), right-handed about the normal.
     """
 
-    camera: Viewer = quantity("", "", "the camera", json="", column="")
-    surface: End = quantity("", "", "surface on which the circle lies", json="", column="")
+    camera: Viewer = declared.viewer()
+    surface: End = declared.surface()
     normal: tuple[float, float] = quantity("angle", "rad", "theta', phi' of the circle's normal", given=True)
     curves: tuple[CircleCurve, ...] = quantity("curve", "", "images of the circle, by index")
     per_index: dict[int, int] = quantity("morse_index", "1", "number of curves, by index")
     events: PairEvents = quantity("event", "", "events at which two of its images meet, in order of longitude")
-    certified: bool = quantity(
-        "", "1", "True if the number of curves at every longitude is that required by the winding of the caustics"
+    certified: bool = declared.certified(
+        "True if the number of curves at every longitude is that required by the winding of the caustics"
     )
-    remarks: tuple[str, ...] = quantity("", "", "remarks on what is uncertain", default=())
+    remarks: tuple[str, ...] = declared.remarks(default=())
 
     @property
     @derived("", "1")

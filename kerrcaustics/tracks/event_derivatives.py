@@ -13,6 +13,7 @@ import numpy as np
 from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.lens_map.expansions import REFINED, expanded, inverse, source_parameters, with_errors
 from kerrcaustics.lens_map.search_sky import search_sky
+from kerrcaustics.results import declared
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.shown import Shown
 from kerrcaustics.shapes import Float, Int
@@ -43,8 +44,8 @@ class EventDerivatives(Shown):
     error: Array = quantity(
         "event kind", "1", "estimated errors of the derivatives of azimuth and of time, relative to their largest"
     )
-    camera: Viewer = quantity("", "", "the viewer of the events", json="", column="")
-    surface: End = quantity("", "", "surface on which the source lies", json="", column="")
+    camera: Viewer = declared.viewer()
+    surface: End = declared.surface()
 
     def __len__(self) -> int:
         """Number of events."""

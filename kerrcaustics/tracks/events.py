@@ -16,6 +16,7 @@ from kerrcaustics.lens_map.arguments import checked_index
 from kerrcaustics.lens_map.domains import Domain, Ring, domain_of, search_surface
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap, SeenLight
 from kerrcaustics.level_curves.path_events import PathEvents, path_events
+from kerrcaustics.results import declared
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.results.shown import Items
@@ -35,7 +36,7 @@ _TURN = 2 * math.pi
 class PairEvent(Event):
     """Two images of a star appear or vanish: the star crosses a caustic."""
 
-    surface: End = quantity("", "", "surface on which the source lies", column="")
+    surface: End = declared.surface(json=None)
     star: tuple[float, float] = quantity(
         "angle",
         "place",
@@ -53,7 +54,7 @@ class PairEvent(Event):
         "", "1", "True if the rays meet the sphere, within the camera's radius, for the second time"
     )
     at_cusp: bool = quantity("", "1", "True where the star passes through a cusp: the pair meets a third image")
-    remarks: tuple[str, ...] = quantity("", "", "remarks on what is unusual or uncertain; otherwise empty")
+    remarks: tuple[str, ...] = declared.remarks("remarks on what is unusual or uncertain; otherwise empty")
 
     def __repr__(self) -> str:
         """Summary in one line: what, which images, when."""
@@ -66,10 +67,10 @@ class PairEvents(Items[PairEvent]):
     """Pair events in order of time: a sequence."""
 
     events: tuple[PairEvent, ...] = quantity("event", "", "the events", column="")
-    camera: Viewer = quantity("", "", "the viewer of the images", json="", column="")
-    surface: End = quantity("", "", "surface on which the source lies", json="", column="")
-    certified: bool = quantity("", "1", "True when nothing is in doubt")
-    remarks: tuple[str, ...] = quantity("", "", "remarks on what is in doubt; empty when certified")
+    camera: Viewer = declared.viewer()
+    surface: End = declared.surface()
+    certified: bool = declared.certified("True when nothing is in doubt")
+    remarks: tuple[str, ...] = declared.remarks()
 
 
 @usual_warnings

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.ends import End, Wherever
 from kerrcaustics.images.images import StarImages, star_images
 from kerrcaustics.lens_map.arguments import checked_index
-from kerrcaustics.lens_map.domains import Domain, Ring, domain_of, search_surface
+from kerrcaustics.lens_map.domains import Domain, domain_of, search_surface
 from kerrcaustics.lens_map.newton import find_roots
 from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.lens_map.sky_chart import Chart, chart_difference, chart_of
@@ -246,8 +246,7 @@ def _checked_cameras(cameras: Sequence[Viewer], end: Wherever | End) -> list[Vie
             )
         if camera.sky_coordinates != cameras[0].sky_coordinates:
             raise ValueError("Argument `cameras` must hold either Cameras or Observers, whose skies differ, not both.")
-        domain = domain_of(search_surface(camera, end), camera)
-        if isinstance(domain, Ring) and camera.on_equator:
+        if search_surface(camera, end).in_plane and camera.on_equator:
             raise ValueError(
                 "Argument `cameras` must not lie in the equatorial plane where sources do (from within, every crossing "
                 f"is a conjugate point of the rays along the plane), but the inclination of item {i} is "

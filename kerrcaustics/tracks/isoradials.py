@@ -18,6 +18,7 @@ from kerrcaustics.lens_map.lens_map import LensMap
 from kerrcaustics.lens_map.measured_light import measured_light
 from kerrcaustics.lens_map.plane_map import Crossings, PlaneMap
 from kerrcaustics.lens_map.search_sky import TOLERANCE, search_camera
+from kerrcaustics.results import declared
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
 from kerrcaustics.results.shown import Items, Shown
@@ -45,7 +46,7 @@ _BESIDE = 1e-6
 class Isoradial(Shown):
     """The image of a circle round the hole, at one crossing of its plane."""
 
-    camera: Viewer = quantity("", "", "the viewer", column="")
+    camera: Viewer = declared.viewer(json=None)
     crossing: int = quantity("", "1", "number of the crossing of the plane, counted from 1")
     radius: float = quantity("", "GM/c^2", "radius of the circle")
     sky: Array = quantity(
@@ -78,13 +79,11 @@ class IsoradialSet(Items[Isoradial]):
     """The images of a disk's rims, crossing by crossing: a sequence of `Isoradial`, returned by `isoradials`."""
 
     isoradials: tuple[Isoradial, ...] = quantity("curve", "", "inner and outer rim of the first image, then the next")
-    certified: bool = quantity(
-        "",
-        "1",
+    certified: bool = declared.certified(
         "True when every circle is seen at every crossing as one closed curve round the shadow, along which the "
-        "azimuth runs as the Morse index says, once round in all",
+        "azimuth runs as the Morse index says, once round in all"
     )
-    remarks: tuple[str, ...] = quantity("", "", "remarks on what is in doubt; empty when certified")
+    remarks: tuple[str, ...] = declared.remarks()
 
 
 @usual_warnings

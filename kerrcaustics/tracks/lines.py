@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.beam import Beams
-from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.images.sheets import Sheets, checked_sheets
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME, LensMap
-from kerrcaustics.lens_map.search_sky import TOLERANCE, search_sky
+from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.numerics.roots import bracketed_roots
+from kerrcaustics.results import declared
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.shown import Shown
 from kerrcaustics.shapes import Bool, Float, Int
@@ -39,7 +39,7 @@ _SAFETY = 2.0
 class LineCrossings(Shown):
     """Crossings of a line on the camera sky with the images of a great circle, in order along the line."""
 
-    camera: Viewer = quantity("", "", "the viewer", column="")
+    camera: Viewer = declared.viewer(json=None)
     sky: Array = quantity("crossing axis", "1", "directions N; of an Observer (alpha, beta)")
     index: Array = quantity("crossing", "1", "Morse index")
     longitude: Array = quantity("crossing", "rad", "longitude on the circle, in (-pi, pi]")
@@ -50,8 +50,8 @@ class LineCrossings(Shown):
     expected: dict[int, int] = quantity(
         "morse_index", "1", "number of crossings, by index, counted along the curves of `circle_images`"
     )
-    certified: bool = quantity("", "1", "True if both counts agree, and the first one left nothing undecided")
-    remarks: tuple[str, ...] = quantity("", "", "remarks on what is uncertain", default=())
+    certified: bool = declared.certified("True if both counts agree, and the first one left nothing undecided")
+    remarks: tuple[str, ...] = declared.remarks(default=())
 
 
 class _SkyLine:
@@ -209,9 +209,7 @@ def _along_curves(images: CircleImages, path: _SkyLine) -> dict[int, int]:
 
 
 def _beams(sheets: Sheets, sky: Float[Array, "places 3"]) -> Beams:
-    beams = beams_of_directions(
-        sheets.camera, sky, "auto", TOLERANCE, crossings=False, redshift=False, end=sheets.surface
-    )
+    beams = sheets.map.beams_of_sky(sky)
     if not beams.escaped.all():
         raise ValueError("Argument `line` must not touch the shadow.")
     return beams

@@ -10,14 +10,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kerrcaustics.beams.beam import Beams
-from kerrcaustics.beams.ends import End, Sphere
-from kerrcaustics.beams.trace import beams_of_directions
+from kerrcaustics.beams.ends import Sphere
 from kerrcaustics.images.reciprocal import directions, sheets_from
-from kerrcaustics.lens_map.lens_map import LensMap, on_leaves
+from kerrcaustics.lens_map.lens_map import LensMap, SearchMap
 from kerrcaustics.lens_map.measured_light import MeasuredLight, measured_light
 from kerrcaustics.lens_map.newton import find_roots
-from kerrcaustics.lens_map.search_sky import TOLERANCE, search_camera
+from kerrcaustics.lens_map.search_sky import search_camera
 from kerrcaustics.level_curves.branches import Branches
 from kerrcaustics.level_curves.path_events import PathEvents
 from kerrcaustics.shapes import Bool, Float, Int
@@ -124,13 +122,7 @@ def _nearest(
 ) -> Float[Array, "n 3"]:
     """Directions with this b and q: of the two, one up and one down, the one that leads to the star."""
     both = [directions(camera, b, q, sign) for sign in (1.0, -1.0)]
-    miss = [np.linalg.norm(_beams(camera, sky, second_arrival, end).direction - place, axis=1) for sky in both]
+    traced = [SearchMap(camera, end).beams_of_sky(sky, second_arrival) for sky in both]
+    miss = [np.linalg.norm(beams.direction - place, axis=1) for beams in traced]
     up = np.nan_to_num(miss[0], nan=np.inf) <= np.nan_to_num(miss[1], nan=np.inf)
     return np.where(up[:, None], *both)
-
-
-def _beams(camera: Viewer, sky: Float[Array, "n 3"], second_arrival: Bool[Array, " n"], end: Sphere) -> Beams:
-    def leaf_beams(sky: Array, end: End) -> Beams:
-        return beams_of_directions(camera, sky, "auto", TOLERANCE, end=end)
-
-    return on_leaves(end, sky, second_arrival, leaf_beams)

@@ -4,6 +4,7 @@ import numpy as np
 
 from kerrcaustics.beams.ends import End
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME
+from kerrcaustics.results import declared
 from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.results.shown import Shown
 from kerrcaustics.spacetime.viewer import Viewer
@@ -24,8 +25,8 @@ class Track(Shown):
     events, where images of two indices meet: there `index` is that of the inner side, and `parity` is 0.
     """
 
-    camera: Viewer = quantity("", "", "the viewer", column="")
-    surface: End = quantity("", "", "surface on which the source lies", column="")
+    camera: Viewer = declared.viewer(json=None)
+    surface: End = declared.surface(json=None)
     sky: Array = quantity("point axis", "1", "directions N; of an Observer (alpha, beta)")
     azimuth: Array = quantity(
         "point",

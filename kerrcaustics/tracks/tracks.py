@@ -1,37 +1,24 @@
 """Star tracks: the images of a star over one whole orbit of the camera, as curves on its sky."""
 
 import math
-from functools import lru_cache, singledispatch
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.ends import End, Wherever
-from kerrcaustics.images.certificates import certificate_of
-from kerrcaustics.images.circle_arcs import arcs_of
-from kerrcaustics.images.images import StarImages, images_of
-from kerrcaustics.images.search import search
-from kerrcaustics.images.sheets import checked_sheets
+from kerrcaustics.images.images import StarImages
 from kerrcaustics.lens_map.arguments import checked_index
-from kerrcaustics.lens_map.domains import Domain, Ring, TwoLeaves, domain_of, search_surface
-from kerrcaustics.lens_map.lens_map import LensMap
-from kerrcaustics.lens_map.measured_light import measured_light
-from kerrcaustics.level_curves.between_nodes import images_on
-from kerrcaustics.level_curves.branches import Branches
-from kerrcaustics.level_curves.chains import Chain, chains, errors_on_sky
-from kerrcaustics.level_curves.path_events import PathEvents, path_events
+from kerrcaustics.lens_map.domains import domain_of, search_surface
+from kerrcaustics.results import declared
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.results.shown import Shown
-from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.arrays import HostReals
 from kerrcaustics.spacetime.checks import numbers, quoted
-from kerrcaustics.spacetime.circles import Circle
-from kerrcaustics.spacetime.frame import line_of_sight_from_sky
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
-from kerrcaustics.tracks.arc_tracks import arc_tracks
-from kerrcaustics.tracks.events import PairEvent, PairEvents, arc_events, in_time, pair_events_of
-from kerrcaustics.tracks.near_tracks import SeenNodes, branches_from, seen_from
+from kerrcaustics.tracks.events import PairEvent, PairEvents
+from kerrcaustics.tracks.images_between import images_at_azimuths
+from kerrcaustics.tracks.level_tracks import tracks_on
 from kerrcaustics.tracks.track import Track
 
 Array = np.ndarray
@@ -48,10 +35,10 @@ _TOGETHER = 256
 class StarTracks(Shown):
     """All tracks of a source that circles the spin axis, or that is at rest while the camera circles it."""
 
-    camera: Viewer = quantity("", "", "the viewer", json="", column="")
-    surface: End = quantity("", "", "surface on which the source lies", json="", column="")
+    camera: Viewer = declared.viewer()
+    surface: End = declared.surface()
     level: float = quantity("", "level", "theta' of the source; in the plane r", json="star", given=True)
-    max_index: int = quantity("", "1", "highest Morse index requested")
+    max_index: int = declared.highest_index()
     angular_velocity: float = quantity(
         "", "c^3/GM", "coordinate azimuth per coordinate time of the camera; 0 if the source moves instead"
     )
@@ -65,13 +52,11 @@ class StarTracks(Shown):
         "",
         "events in which an image of index max_index meets one of a higher index: the ends of open tracks",
     )
-    certified: bool = quantity(
-        "",
-        "1",
+    certified: bool = declared.certified(
         "True if the number of images of each index agrees with the certificate at all azimuths (see `StarImages`), "
-        "and nothing is in doubt",
+        "and nothing is in doubt"
     )
-    remarks: tuple[str, ...] = quantity("", "", "remarks on what is in doubt; empty when certified")
+    remarks: tuple[str, ...] = declared.remarks()
 
     def __repr__(self) -> str:
         """Summary in one line: the star, how many tracks and events."""
@@ -113,27 +98,10 @@ class StarTracks(Shown):
                 f"Argument `{name}` must be a finite number or a one-dimensional array, but is {quoted(value)}."
             )
         phi = (moments if time is None else self.azimuth_at(moments)).reshape(-1)
-        parts = [self._images(phi[i : i + _TOGETHER]) for i in range(0, len(phi), _TOGETHER)]
+        source = (self.camera, self.surface, self.level, self.max_index)
+        parts = [images_at_azimuths(*source, phi[i : i + _TOGETHER]) for i in range(0, len(phi), _TOGETHER)]
         images = tuple(image for part in parts for image in part)
         return images if moments.ndim else images[0]
-
-    def _images(self, phi: Float[Array, " moments"]) -> list[StarImages]:
-        """The images at several azimuths."""
-        certificate = certificate_of(self.surface, self.camera, self.max_index)
-        if not certificate.follows:
-            stars = [(self.level, angle) for angle in (phi % _TURN).tolist()]
-            return images_of(self.camera, self.surface, stars, certificate.images(np.array(stars)))
-        branches = level_curve(self.camera, self.surface, self.level, self.max_index)
-        phi, between, sure = images_on(branches, phi)
-        stars = [(self.level, angle) for angle in (phi % _TURN).tolist()]
-        whole = images_of(self.camera, self.surface, stars, between)
-        doubtful = np.flatnonzero(~sure)
-        if doubtful.size:
-            searched = search(branches.sheets, branches.circle.place(phi[doubtful]))
-            images = images_of(self.camera, self.surface, [stars[i] for i in doubtful], searched)
-            for i, one in zip(doubtful.tolist(), images, strict=True):
-                whole[i] = one
-        return whole
 
 
 @usual_warnings
@@ -188,119 +156,13 @@ def star_tracks(
     check_viewer(camera)
     surface, highest = search_surface(camera, end), checked_index(max_index)
     height = surface.checked_level("level", level, camera)
-    return _tracks_on(domain_of(surface, camera), camera, surface, height, highest)
-
-
-@singledispatch
-def _tracks_on(domain: Domain, camera: Viewer, surface: End, level: float, max_index: int) -> StarTracks:
-    """Tracks of a source on a sphere."""
-    angular_velocity = camera.orbital_velocity()
-    surface.check_apart("level", np.array([[level, 0.0]]), camera)
-    events, branches, seen = _level_curve(domain, camera, surface, level, max_index)
-    pair_events = pair_events_of(camera, surface, events, level, angular_velocity)
-    uncertain = tuple(r for i in np.flatnonzero(~events.known) for r in pair_events[i].remarks)
-    differ = ("the events that camera and star see are not the same: tracks cannot be joined",)
-    remarks = (*events.remarks, *branches.remarks, *uncertain, *(seen.remarks if seen else differ))
-    chosen = in_time(e for e in pair_events if e.order <= max_index)
+    on_level = tracks_on(domain_of(surface, camera), camera, surface, height, highest)
     return StarTracks(
         camera=camera,
         surface=surface,
-        level=level,
-        max_index=max_index,
-        angular_velocity=angular_velocity,
-        period=_TURN / abs(angular_velocity) if angular_velocity else math.inf,
-        tracks=_tracks(camera, surface, branches, pair_events, seen) if seen else (),
-        events=PairEvents(chosen, camera, surface, not (events.remarks or uncertain), events.remarks),
-        ends=in_time(e for e in pair_events if e.order > max_index),
-        certified=not remarks,
-        remarks=remarks,
-    )
-
-
-@_tracks_on.register
-def _tracks_in_ring(domain: Ring, camera: Viewer, surface: End, level: float, max_index: int) -> StarTracks:
-    arcs = arcs_of(domain, level)
-    events = arc_events(camera, arcs, surface)
-    chosen = in_time(event for event in events.values() if event.order <= max_index)
-    return StarTracks(
-        camera=camera,
-        surface=surface,
-        level=level,
-        max_index=max_index,
-        angular_velocity=0.0,
-        period=math.inf,
-        tracks=arc_tracks(camera, arcs, events, max_index, surface),
-        events=PairEvents(chosen, camera, surface, not arcs.remarks, arcs.remarks),
-        ends=in_time(event for event in events.values() if event.order == max_index + 1),
-        certified=not arcs.remarks,
-        remarks=arcs.remarks,
-    )
-
-
-@lru_cache(maxsize=4)
-def level_curve(camera: Viewer, surface: End, level: float, max_index: int) -> Branches:
-    """The level curve of a star on the viewer's own sheets, kept for images between its nodes."""
-    sheets = checked_sheets(camera, max_index, surface)
-    return Branches(sheets, camera, Circle(level, surface.axes))
-
-
-@singledispatch
-def _level_curve(
-    domain: Domain, camera: Viewer, surface: End, level: float, max_index: int
-) -> tuple[PathEvents, Branches, SeenNodes | None]:
-    """Events of a star, its level curve, and that as the camera sees it."""
-    branches = level_curve(camera, surface, level, max_index)
-    frame, nodes = branches.sheets.frame, branches.nodes
-    lens_map = LensMap(camera, surface)
-    light = lens_map.light_at(nodes.sky)
-    measured = measured_light(lens_map, light, nodes.sky, errors_on_sky(branches, light, branches.events.error))
-    eastward = line_of_sight_from_sky(frame, nodes.sky)[:, 2] < 0
-    return branches.events, branches, SeenNodes(measured, eastward, nodes.event)
-
-
-@_level_curve.register
-def _level_curve_from_star(
-    domain: TwoLeaves, camera: Viewer, surface: End, level: float, max_index: int
-) -> tuple[PathEvents, Branches, SeenNodes | None]:
-    branches = branches_from(camera, level, max_index, domain.surface)
-    own = path_events(checked_sheets(camera, max_index, surface), Circle(level, surface.axes))
-    return own, branches, seen_from(camera, level, branches, own, domain.surface)
-
-
-def _tracks(
-    camera: Viewer, surface: End, branches: Branches, events: list[PairEvent], seen: SeenNodes
-) -> tuple[Track, ...]:
-    """The chains of links, as the camera sees them."""
-    tracks = [
-        _track(LensMap(camera, surface), chain, branches, events, seen) for chain in chains(branches, over_events=True)
-    ]
-    return tuple(sorted(tracks, key=lambda track: (track.index.min(), not track.closed, len(track))))
-
-
-def _track(lens_map: LensMap, chain: Chain, branches: Branches, events: list[PairEvent], seen: SeenNodes) -> Track:
-    """The track of a chain."""
-    chosen, light = chain.nodes, seen.light
-    index, event = branches.nodes.index[chosen], seen.events[chosen]
-    # Named after a ray with b < 0 where there is one, as caustics are; of low index.
-    anchor = np.lexsort((seen.eastward[chosen], index))[0]
-    turns = np.round((light.azimuth[chosen[anchor]] - chain.longitude[anchor]) / _TURN)
-    places = np.flatnonzero(event >= 0)
-    return Track(
-        camera=lens_map.viewer,
-        surface=lens_map.surface,
-        sky=light.sky[chosen],
-        azimuth=chain.longitude + _TURN * turns,
-        index=index,
-        parity=np.where(event >= 0, 0, 1 - 2 * (index % 2)),
-        magnification=np.where(event >= 0, np.inf, light.magnification[chosen]),
-        magnification_error=np.where(event >= 0, np.inf, light.magnification_error[chosen]),
-        redshift=light.redshift[chosen],
-        redshift_error=light.redshift_error[chosen],
-        time=light.time[chosen],
-        time_error=light.time_error[chosen],
-        error=light.error[chosen],
-        closed=chain.closed,
-        turns=round(chain.sweep / _TURN) if chain.closed else 0,
-        events=tuple(events[i] for i in event[places]),
-        places=tuple(places.tolist()),
+        level=height,
+        max_index=highest,
+        period=_TURN / abs(on_level.angular_velocity) if on_level.angular_velocity else math.inf,
+        certified=not on_level.remarks,
+        **vars(on_level),
     )

@@ -6,21 +6,20 @@ from typing import get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams.ends import CelestialSphere, End, Sphere, Wherever
+from kerrcaustics.beams.ends import End, Wherever
 from kerrcaustics.choices import WaveMethod
 from kerrcaustics.images.images import StarImages, star_images
-from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.interop.row_tables import FrequencyTable
 from kerrcaustics.lens_map.arguments import HIGHEST_INDEX, checked_place
-from kerrcaustics.lens_map.domains import search_surface
+from kerrcaustics.lens_map.domains import leaves_of, search_surface
 from kerrcaustics.lens_map.lens_map import TRAVEL_TIME
+from kerrcaustics.results import declared
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.shapes import Complex, Float
 from kerrcaustics.spacetime.checks import argument_named, numbers, one_of, quoted, whole_number
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
-from kerrcaustics.waves.image_groups import wave_field
-from kerrcaustics.waves.wave_images import WaveImages, wave_images
+from kerrcaustics.waves.source_field import source_field
 from kerrcaustics.waves.wave_sources import WaveSource
 
 Array = np.ndarray
@@ -39,10 +38,10 @@ METHODS = get_args(WaveMethod)
 class Amplification(FrequencyTable):
     """The field of a monochromatic source, with its full phase, in units of its modulus without the hole."""
 
-    camera: Viewer = quantity("", "", "the viewer", json="", column="")
-    surface: End = quantity("", "", "surface on which the source lies", json="", column="")
+    camera: Viewer = declared.viewer()
+    surface: End = declared.surface()
     source: tuple[float, float] = quantity("angle", "place", "theta', phi' of the source", given=True)
-    max_index: int = quantity("", "1", "highest Morse index requested")
+    max_index: int = declared.highest_index()
     frequency: Array = quantity("wave", "c^3/GM", "angular frequency at infinity, times the mass")
     real: Array = quantity("wave", "1", "real part of the field; in GM/c^2 if viewer and source are at infinity")
     imaginary: Array = quantity("wave", "1", "imaginary part")
@@ -55,8 +54,8 @@ class Amplification(FrequencyTable):
         "image", "1", "g sqrt(mu): the modulus of the image's wave; in the unit of the field"
     )
     image_time: Array = quantity("image", "GM/c^3", TRAVEL_TIME)
-    certified: bool = quantity("", "1", "True when no image is missing; on a caustic two of them are one")
-    remarks: tuple[str, ...] = quantity("", "", "remarks on what is in doubt or left out")
+    certified: bool = declared.certified("True when no image is missing; on a caustic two of them are one")
+    remarks: tuple[str, ...] = declared.remarks("remarks on what is in doubt or left out")
 
     @property
     def value(self) -> Complex[Array, " n"]:
@@ -149,13 +148,29 @@ def amplification(
     """
     check_viewer(viewer)
     surface = search_surface(viewer, end)
-    if not isinstance(surface, CelestialSphere | Sphere):
+    if surface.in_plane:
         raise ValueError(f"Argument `end` must be math.inf or the radius of the source, but is {quoted(end)}.")
     highest = whole_number("max_index", max_index, 0, HIGHEST_INDEX)
     place = checked_place("source", source, viewer, surface)
     omega = _checked_frequencies(frequencies)
     one_of("method", method, METHODS)
-    return _amplification(WaveSource(viewer, surface, place), omega, highest, method)
+    field = source_field(WaveSource(viewer, leaves_of(surface, viewer).surface, place), omega, highest, method)
+    return Amplification(
+        camera=viewer,
+        surface=surface,
+        source=place,
+        max_index=highest,
+        frequency=omega,
+        real=np.real(field.value),
+        imaginary=np.imag(field.value),
+        error=field.error,
+        method=field.method,
+        image_index=field.images.index,
+        image_amplitude=field.images.amplitude,
+        image_time=field.images.time,
+        certified=field.certified,
+        remarks=field.remarks,
+    )
 
 
 def _checked_frequencies(frequencies: ArrayLike) -> Float[Array, " frequencies"]:
@@ -169,51 +184,3 @@ def _checked_frequencies(frequencies: ArrayLike) -> Float[Array, " frequencies"]
             f"rays say nothing of longer waves, but has {omega[wrong][0]:g}."
         )
     return omega
-
-
-def _amplification(
-    asked: WaveSource, omega: Float[Array, " frequencies"], highest: int, how: WaveMethod
-) -> Amplification:
-    source = asked.beyond_viewer()
-    index = min(highest + 1, HIGHEST_INDEX)
-    images = star_images(source.viewer, source.place, index, end=source.surface)
-    waves = wave_images(source, images)
-    field = wave_field(source, waves, highest, np.abs(omega), how)
-    value = np.where(omega < 0, field.value.conj(), field.value)
-    return Amplification(
-        camera=asked.viewer,
-        surface=asked.surface,
-        source=asked.place,
-        max_index=highest,
-        frequency=omega,
-        real=np.real(value),
-        imaginary=np.imag(value),
-        error=field.error,
-        method=field.method,
-        image_index=waves.index,
-        image_amplitude=waves.amplitude,
-        image_time=waves.time,
-        certified=images.certified or _all_but_meeting(source.sheets(index), images, field.passed),
-        remarks=(*images.remarks, *_remarks(waves, np.abs(omega))),
-    )
-
-
-def _all_but_meeting(sheets: Sheets, images: StarImages, passed: frozenset[int]) -> bool:
-    """True if all images were found but those that meet on caustics, and the field needs no count of these."""
-    on_caustic = set(images.on_caustic)
-    if not on_caustic or not on_caustic <= passed:
-        return False
-    rings = {order for order in on_caustic if sheets.curves.curves[order - 1].is_point}
-    beside = {index for order in rings for index in (order - 1, order)}
-    return all(images.per_index[index] == count for index, count in images.expected.items() if index not in beside)
-
-
-def _remarks(waves: WaveImages, omega: Float[Array, " frequencies"]) -> tuple[str, ...]:
-    """A remark if frequencies are so high that the phases of images are not known."""
-    late = float(waves.time_error.max(initial=0.0))
-    if not late * float(omega.max()) > 1:
-        return ()
-    return (
-        f"travel times of images are known to {late:.1g} M: at frequencies above {1 / late:.1g} the phases of some are "
-        "not, which the error contains; their moduli are `image_amplitude`",
-    )

@@ -12,11 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kerrcaustics.beams.beam import Beams
-from kerrcaustics.beams.ends import CelestialSphere, Sphere
-from kerrcaustics.beams.trace import beams_of_directions, rays_of_directions
 from kerrcaustics.curves.critical_curves import CriticalCurves
-from kerrcaustics.lens_map.domains import Ring, domain_of
-from kerrcaustics.lens_map.search_sky import TOLERANCE, SearchSky, search_sky
+from kerrcaustics.lens_map.lens_map import SearchMap
+from kerrcaustics.lens_map.search_sky import SearchSky, search_sky
 from kerrcaustics.lens_map.sky_lines import periodic
 from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.frame import sky_from_line_of_sight
@@ -107,7 +105,7 @@ def _nearest_places(source: WaveSource, curves: CriticalCurves, order: int, coun
     """The places nearest to the star on so many lines."""
     sky = search_sky(source.viewer)
     depth, first, last = _first_depths(sky, source, curves, order, count)
-    lines = _RingLines(sky.search_camera, source.surface, edge_phases(count))
+    lines = _RingLines(SearchMap(sky.search_camera, source.surface), edge_phases(count))
     depth, here, lost = _nearest(lines, source.star, depth)
     return _NearestPlaces(source, order, lines, depth, here, lost | (depth <= first) | (depth >= last))
 
@@ -125,8 +123,8 @@ def _first_depths(
     last = here + (here - first if inner is None else (inner - here) / 2)
     part = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
     depth = first[:, None] + part * (last - first)[:, None]
-    lines = _RingLines(sky.search_camera, source.surface, np.repeat(edge_phase, _SAMPLES))
-    rays = rays_of_directions(sky.search_camera, lines.sky(depth.ravel()), "auto", _OF_SAMPLES, end=source.surface)
+    lines = _RingLines(SearchMap(sky.search_camera, source.surface), np.repeat(edge_phase, _SAMPLES))
+    rays = lines.map.rays_of_sky(lines.sky(depth.ravel()), tolerance=_OF_SAMPLES)
     away = np.nan_to_num(lengths(rays.direction - source.star), nan=math.inf).reshape(depth.shape)
     return depth[np.arange(count), away.argmin(axis=1)], first, last
 
@@ -235,32 +233,22 @@ class _LinePoints:
 
 @dataclass(frozen=True, eq=False)
 class _RingLines:
-    camera: Viewer
-    surface: CelestialSphere | Sphere
+    map: SearchMap
     edge_phase: Float[Array, " lines"]
 
+    @property
+    def camera(self) -> Viewer:
+        return self.map.camera
+
     def sky(self, depth: Float[Array, "*sets lines"], turn: float = 0.0) -> Float[Array, "*sets lines 3"]:
-        domain = domain_of(self.surface, self.camera)
-        assert not isinstance(domain, Ring)
-        line_of_sight, _ = domain.line_of_sight(self.edge_phase + turn, depth)
+        line_of_sight, _ = self.map.leaves.line_of_sight(self.edge_phase + turn, depth)
         return sky_from_line_of_sight(self.camera.frame(), line_of_sight)
 
     def points_at(self, depth: Float[Array, " lines"]) -> _LinePoints:
         step = _DIFFERENCE
         sky, inner, outer = self.sky(np.stack([depth, depth + step, depth - step]))
         deeper = (inner - outer) / (2 * step)
-        beams = beams_of_directions(
-            self.camera,
-            sky,
-            "auto",
-            TOLERANCE,
-            end=self.surface,
-            time=True,
-            index=False,
-            crossings=False,
-            redshift=False,
-            constants=True,
-        )
+        beams = self.map.beams_of_sky(sky, time=True, index=False, constants=True)
         drift = np.einsum("nx,anx->na", deeper, np.array(tangent_basis(sky)))
         step_there = np.einsum("nij,nj->ni", beams.jacobian, drift)
         along = np.einsum("ni,inx->nx", step_there, np.array(polar_basis(beams.direction)))

@@ -18,6 +18,7 @@ from kerrcaustics.extended_sources.arcs import values_at
 from kerrcaustics.images.images import star_images
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.arguments import HIGHEST_INDEX
+from kerrcaustics.results import declared
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
 from kerrcaustics.results.shown import Shown
@@ -54,17 +55,17 @@ _MOST_ENTRIES = 4_000_000
 class DiffractionPattern(Shown):
     """The field at the viewer, for sources all over a part of the celestial sphere, at one frequency."""
 
-    camera: Viewer = quantity("", "", "the viewer", json="", column="")
-    surface: End = quantity("", "", "surface on which the sources lie", json="", column="")
+    camera: Viewer = declared.viewer()
+    surface: End = declared.surface()
     frequency: float = quantity("", "c^3/GM", "angular frequency at infinity, times the mass")
-    max_index: int = quantity("", "1", "highest Morse index requested")
+    max_index: int = declared.highest_index()
     orders: tuple[int, ...] = quantity("", "1", "orders of the critical curves whose images contribute")
     theta: Array = quantity("row", "rad", "theta' of the sources")
     phi: Array = quantity("column", "rad", "phi' of the sources")
     real: Array = quantity("row column", "1", "real part of the field; of an Observer at infinity in GM/c^2")
     imaginary: Array = quantity("row column", "1", "imaginary part")
     error: Array = quantity("row column", "1", "estimated error of the field")
-    remarks: tuple[str, ...] = quantity("", "", "remarks on what is left out")
+    remarks: tuple[str, ...] = declared.remarks("remarks on what is left out")
 
     @property
     def value(self) -> Complex[Array, "rows columns"]:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from kerrcaustics.beams.beam import Beams
-from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.images.images import StarImages
-from kerrcaustics.lens_map.search_sky import TOLERANCE, search_sky
+from kerrcaustics.lens_map.lens_map import SearchMap
+from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.shapes import Complex, Float, Int
 from kerrcaustics.spacetime.frame import line_of_sight_from_sky
 from kerrcaustics.spacetime.rows import Rows
@@ -60,11 +60,9 @@ class WaveImages(Rows):
 def wave_images(source: WaveSource, images: StarImages) -> WaveImages:
     """The waves of the images of a source."""
     viewer, sky = images.camera, search_sky(images.camera)
-    camera, end = sky.search_camera, source.surface
+    camera = sky.search_camera
     places = sky.to_search(images.sky)
-    beams = beams_of_directions(
-        camera, places, "auto", TOLERANCE, end=end, time=False, index=False, crossings=False, constants=True
-    )
+    beams = SearchMap(camera, source.surface).beams_of_sky(places, index=False, constants=True)
     amplitude = source.amplitudes(viewer, viewer.directions(images.sky), beams, images.magnification)
     line = line_of_sight_from_sky(camera.frame(), places)
     late = images.time_error
