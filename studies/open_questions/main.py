@@ -142,6 +142,7 @@ def question_4(
         circular = kc.Camera(*place[:2])
         entry: Answer = {"camera": name_of(place), "lines": [], "stars": steps, "equatorial": []}
         for name, turn in _LINES.items():
+            cells = []
             for index in range(1, _MAX_INDEX + 1):
                 sky, image, azimuth = line_between(sheets, turn, index, _POINTS_OF_A_LINE)
                 shares = np.bincount(circle_crossings(image, circles)) / normals
@@ -149,20 +150,25 @@ def question_4(
                 gaps = half_turn_gaps(circular, sheets, sky, azimuth)
                 entry["lines"].append({"line": name, "index": index, "turns": swept, "shares": shares, "gaps": gaps})
                 text = ", ".join(f"{n} ({_percent(share)})" for n, share in enumerate(shares) if share > 0)
-                rows.append([name_of(place), name, str(index), f"{swept:.3f}", text])
+                cells += [f"{swept:.3f}", text]
+            rows.append([name_of(place), name, *cells])
         found = equatorial_images(sheets, steps)
         kept.append(found)
         entry["certified"] = int(found.certified.sum())
         sure = found.counts[found.certified]
         for index in range(_MAX_INDEX + 1):
             kinds, number = np.unique(sure[:, index], axis=0, return_counts=True)
+            cells = []
             for kind, count in zip(kinds, number, strict=True):
                 share = _percent(count / max(len(sure), 1))
                 entry["equatorial"].append({"index": index, "images": kind, "stars": count})
-                lines.append([name_of(place), str(index), str(kind.sum()), *map(str, kind), share])
+                cells.append(f"{' + '.join(map(str, kind))} ({share})")
+            lines.append([name_of(place), str(index), ", ".join(cells)])
         answers.append(entry)
-    heads = ["camera a, r", "line", "index", "turns of φ′", "images of a great circle (share of circles)"]
-    star_heads = ["camera a, r", "index", "images", *PLACES, "share of φ′"]
+    heads = ["camera a, r", "line"]
+    for index in range(1, _MAX_INDEX + 1):
+        heads += [f"index {index}: turns of φ′", "images of a circle (share of circles)"]
+    star_heads = ["camera a, r", "index", f"images {' + '.join(PLACES)} (share of φ′)"]
     return answers, markdown_table(heads, rows), markdown_table(star_heads, lines), kept
 
 
