@@ -9,7 +9,7 @@ from pathlib import Path
 
 from docutils import nodes
 
-# For figure_gallery.
+# For figure_gallery and module_list.
 sys.path.insert(0, str(Path(__file__).parent))
 
 # It says of every device of other makers that it is not there.
@@ -106,9 +106,17 @@ def write_commands(app, page, source):
         source[0] = source[0].replace("COMMANDS", reported)
 
 
+def write_modules(app, page, source):
+    """Put the list of modules into the page of the architecture."""
+    if page == "architecture":
+        from module_list import module_list
+
+        source[0] = source[0].replace("<!-- modules -->", module_list())
+
+
 def read_again(app, env, added, changed, removed):
     """Pages that depend on more than their own file."""
-    return ["commands"]
+    return ["architecture", "commands"]
 
 
 def keep_numbers_whole(app, doctree, page):
@@ -133,6 +141,7 @@ def write_explorer(app, error):
 def setup(app):
     """Connect what this file adds to Sphinx."""
     app.connect("source-read", write_commands)
+    app.connect("source-read", write_modules)
     app.connect("env-get-outdated", read_again)
     app.connect("doctree-resolved", keep_numbers_whole)
     app.connect("build-finished", write_explorer)

@@ -434,7 +434,7 @@ def test_largest_radius_of_a_section_changes_as_that_of_other_cameras():
     end, place = kc.EquatorialPlane(2), np.array([0.998, 1000.0, math.radians(45)])
     (section,) = kc.caustic_derivatives(kc.Camera(*place), 2, end=end)
     (known,) = kc.caustics(kc.Camera(*place), 2, end=end)
-    # The table of docs/disk_caustics.md.
+    # The table of docs/disk_studies.md.
     assert known.r_max == pytest.approx(2.109071, abs=2e-6) and "r_max" not in " ".join(section.remarks)
     change = np.array([5e-4, 300.0, 0.5])
 

@@ -1,4 +1,4 @@
-"""Formulas and set-ups of older tracers, held against the program: what docs/older_tracers.md says of them.
+"""Formulas and set-ups of older tracers, held against the program: what docs/comparison.md says of them.
 
 The older disk of hot spots counts lengths in R_s = 2 M; `R` is such a length here.
 """

@@ -109,6 +109,15 @@ def test_films_and_models_of_pages_are_there_and_small():
     assert text.count("```{figure}") == len(re.findall(r"```\{figure\}[^\n]*\n:alt: \w", text)) > 0
 
 
+def test_every_module_is_listed_with_a_sentence():
+    done = subprocess.run(
+        [sys.executable, ROOT / "docs" / "module_list.py"], capture_output=True, text=True, check=True
+    )
+    listed = re.findall(r"^(?:- `\S+`:|\*\*`\S+`\*\*) (.{10,})$", done.stdout, re.MULTILINE)
+    assert len(listed) == len(list((ROOT / "kerrcaustics").rglob("*.py")))
+    assert "<!-- modules -->" in (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+
+
 @for_each(page=[page for page in PAGES if commands(page)])
 def test_commands_are_understood(page, monkeypatch):
     for line in commands(page):
@@ -192,6 +201,7 @@ def site(tmp_path_factory):
 def test_reference_and_commands_are_complete(site):
     text = (site / "api.html").read_text(encoding="utf-8")
     assert str(ROOT) not in text and "&lt;module" not in text
+    assert "critical_curves.py" in (site / "architecture.html").read_text(encoding="utf-8").partition("The modules")[2]
     reported = (site / "commands.html").read_text(encoding="utf-8")
     names = [name for name in app if not name.startswith("-")]
     assert len(names) > 10 and all(f'id="cyclopts-kerrcaustics-{name}"' in reported for name in names)

@@ -53,4 +53,4 @@ plt.show()
 
 # %%
 # It has four cusps, like the caustic of a symmetric lens that is slightly perturbed. For its width as a function of
-# spin and distance, see :doc:`../far_camera`.
+# spin and distance, see :doc:`../studies`.

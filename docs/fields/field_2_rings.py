@@ -59,4 +59,4 @@ later = hour * (rings[1].time.min() - rings[0].time.min())
 print(f"one M is {hour:.2f} hours: the second crossing arrives {later:.0f} hours after the first")
 
 # %%
-# For more on sources in the equatorial plane, see :doc:`../disks` and :doc:`../disk_caustics`.
+# For more on sources in the equatorial plane, see :doc:`../disks` and :doc:`../disk_studies`.

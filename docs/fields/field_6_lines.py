@@ -28,4 +28,4 @@ plt.show()
 # light from the lower face, bent round the hole: it is seen where nothing is in the way, such as inside the inner rim.
 #
 # `emissivity` is either the exponent of the power law by which the line's emission falls with radius, or a function of
-# the radius. For checks against another program, see :doc:`../disk_checks`.
+# the radius. For checks against another program, see :doc:`../disk_studies`.

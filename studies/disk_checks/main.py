@@ -140,13 +140,20 @@ def tables(found: list[Check], means: list[dict[str, float]], worked: list[work.
     ]
     costs = [
         [one.case, one.method, f"{one.rays}", f"{one.seconds:.3f}", f"{one.error:.1e}", _in_words(one.reported)]
-        for one in worked
+        for one in least_middle_most(worked)
     ]
     return [
         ("checks", ["check", "against", "off by", "bound", "verdict"], rows),
         ("means of the transfer function", ["inclination", *means[0], "Gradus, 2022"], of_f),
         ("error against time", ["profile", "method", "rays", "s", "error / peak", "reported"], costs),
     ]
+
+
+def least_middle_most(worked: list[work.Work]) -> list[work.Work]:
+    """The settings with the fewest, the middle and the most rays of each profile and method."""
+    kinds = dict.fromkeys((one.case, one.method) for one in worked)
+    of_kind = [[one for one in worked if (one.case, one.method) == kind] for kind in kinds]
+    return [part[k] for part in of_kind for k in sorted({0, len(part) // 2, len(part) - 1})]
 
 
 def _in_words(error: float) -> str:

@@ -64,6 +64,7 @@ def question_1(curves: dict[str, list[CriticalCrossings]]) -> tuple[list[Answer]
     """Crossings of the equatorial plane along critical curves."""
     answers, rows = [], []
     for name, found in curves.items():
+        crossings, least = [], []
         for curve in found:
             kinds = [int(k) for k in np.unique(curve.crossings) if k >= 0]
             theta = {k: np.degrees(curve.theta[curve.crossings == k]) for k in kinds}
@@ -71,12 +72,11 @@ def question_1(curves: dict[str, list[CriticalCrossings]]) -> tuple[list[Answer]
             phase = [float(curve.phase.min()), float(curve.phase.max())]
             entry = {"camera": name, "order": curve.order, "points": len(curve.theta), "theta_by_crossings": extents}
             answers.append(entry | {"in_plane": int((curve.crossings < 0).sum()), "phase": phase})
-            ranges = "; ".join(f"{low:.2f}° to {high:.2f}°" for low, high in extents.values())
-            seen = " and ".join(map(str, kinds))
-            rows.append(
-                [name, str(curve.order), str(len(curve.theta)), seen, ranges, f"{phase[0]:.4f} to {phase[1]:.4f}"]
-            )
-    heads = ["camera a, r", "critical curve", "points", "crossings", "at θ′", "polar phase, half oscillations"]
+            crossings.append(" and ".join(map(str, kinds)))
+            least.append(f"{phase[0]:.4f}")
+        total = sum(len(curve.theta) for curve in found)
+        rows.append([name, str(total), "; ".join(crossings), "; ".join(least)])
+    heads = ["camera a, r", "points", "crossings, order by order", "least polar phase, half oscillations"]
     return answers, markdown_table(heads, rows)
 
 
@@ -86,24 +86,18 @@ def question_2(places: tuple, points: int, rng: np.random.Generator) -> tuple[li
     for place in places:
         sheets = sheets_of(camera_of(place), _MAX_INDEX)
         for order in range(1, _MAX_INDEX + 2):
+            cells = []
             for part, one in zip(_DISTANCES, crossings_of(sheets, order, points, _DISTANCES, rng), strict=True):
                 ratio = (one.away / one.fold[:, None])[one.is_pair]
                 entry = {"camera": name_of(place), "order": order, "part": part, "distance": float(one.distance)}
                 entry |= {"points": len(one.fold), "alone": int(one.alone.sum()), "pairs": int(one.is_pair.sum())}
                 spread = [float(ratio.min()), float(ratio.max())] if ratio.size else [math.nan, math.nan]
                 answers.append(entry | {"other": int((one.alone & ~one.is_pair).sum()), "away_by_fold": spread})
-                numbers = [str(entry[key]) for key in ("points", "alone", "pairs")]
-                distance = f"{math.degrees(one.distance):.1e}°"
-                rows.append([name_of(place), str(order), distance, *numbers, f"{spread[0]:.3f} to {spread[1]:.3f}"])
-    heads = [
-        "camera a, r",
-        "caustic",
-        "distance",
-        "points",
-        "this caustic alone",
-        "a pair",
-        "distance of images / fold's",
-    ]
+                cells += [f"{entry['pairs']} of {entry['alone']}", f"{spread[0]:.3f} to {spread[1]:.3f}"]
+            rows.append([name_of(place), str(order), *cells])
+    heads = ["camera a, r", "caustic"]
+    for part in _DISTANCES:
+        heads += [f"pairs at {part:.0e}", "distance of images / fold's"]
     return answers, markdown_table(heads, rows)
 
 
@@ -120,8 +114,8 @@ def question_3(places: tuple, stars: int, thetas: tuple, rng: np.random.Generato
         excess = [table[:, e, e] - table[:, e].sum(axis=1) + table[:, e, e] for e in whole]
         entry = {"camera": name_of(place), "stars": stars, "certified": len(table), "images": table.sum(axis=0)}
         entry |= {"excess": [[int(e.min()), int(e.max())] for e in excess], "lives": {}}
-        for crossings, counts in enumerate(entry["images"]):
-            rows.append([name_of(place), str(len(table)), str(crossings), *map(str, counts)])
+        by_order = [[f"{n} of index {k}" for k, n in enumerate(counts) if n] for counts in entry["images"]]
+        rows.append([name_of(place), str(len(table)), *(", ".join(cells) or "none" for cells in by_order)])
         for theta in thetas:
             found_lives = lives(sheets, math.radians(theta))
             entry["lives"][f"{theta:g}"] = [vars(life) for life in found_lives]
@@ -132,7 +126,7 @@ def question_3(places: tuple, stars: int, thetas: tuple, rng: np.random.Generato
                 cells.append(", ".join(texts) or "none")
             lines.append([name_of(place), f"{theta:g}°", *cells])
         answers.append(entry)
-    heads = ["camera a, r", "stars", "crossings", *(f"index {k}" for k in range(_MAX_INDEX + 1))]
+    heads = ["camera a, r", "stars", *(f"order {k}" for k in range(_MAX_INDEX + 1))]
     life_heads = ["camera a, r", "θ′ of the star", *(f"order {k}" for k in range(_MAX_INDEX + 1))]
     return answers, markdown_table(heads, rows), markdown_table(life_heads, lines)
 
@@ -148,6 +142,7 @@ def question_4(
         circular = kc.Camera(*place[:2])
         entry: Answer = {"camera": name_of(place), "lines": [], "stars": steps, "equatorial": []}
         for name, turn in _LINES.items():
+            cells = []
             for index in range(1, _MAX_INDEX + 1):
                 sky, image, azimuth = line_between(sheets, turn, index, _POINTS_OF_A_LINE)
                 shares = np.bincount(circle_crossings(image, circles)) / normals
@@ -155,20 +150,25 @@ def question_4(
                 gaps = half_turn_gaps(circular, sheets, sky, azimuth)
                 entry["lines"].append({"line": name, "index": index, "turns": swept, "shares": shares, "gaps": gaps})
                 text = ", ".join(f"{n} ({_percent(share)})" for n, share in enumerate(shares) if share > 0)
-                rows.append([name_of(place), name, str(index), f"{swept:.3f}", text])
+                cells += [f"{swept:.3f}", text]
+            rows.append([name_of(place), name, *cells])
         found = equatorial_images(sheets, steps)
         kept.append(found)
         entry["certified"] = int(found.certified.sum())
         sure = found.counts[found.certified]
         for index in range(_MAX_INDEX + 1):
             kinds, number = np.unique(sure[:, index], axis=0, return_counts=True)
+            cells = []
             for kind, count in zip(kinds, number, strict=True):
                 share = _percent(count / max(len(sure), 1))
                 entry["equatorial"].append({"index": index, "images": kind, "stars": count})
-                lines.append([name_of(place), str(index), str(kind.sum()), *map(str, kind), share])
+                cells.append(f"{' + '.join(map(str, kind))} ({share})")
+            lines.append([name_of(place), str(index), ", ".join(cells)])
         answers.append(entry)
-    heads = ["camera a, r", "line", "index", "turns of φ′", "images of a great circle (share of circles)"]
-    star_heads = ["camera a, r", "index", "images", *PLACES, "share of φ′"]
+    heads = ["camera a, r", "line"]
+    for index in range(1, _MAX_INDEX + 1):
+        heads += [f"index {index}: turns of φ′", "images of a circle (share of circles)"]
+    star_heads = ["camera a, r", "index", f"images {' + '.join(PLACES)} (share of φ′)"]
     return answers, markdown_table(heads, rows), markdown_table(star_heads, lines), kept
 
 

@@ -22,6 +22,7 @@ and stability.md.
 
 import math
 import time
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -218,15 +219,20 @@ def table(rows: list[dict[str, Any]]) -> tuple[list[str], list[list[str]]]:
 
 
 def condensed(rows: list[dict[str, Any]]) -> tuple[list[str], list[list[str]]]:
-    """The table for the documentation: the rows of the default engine."""
-    heads = ["problem", "escaped", "beyond 1e-10", "worst true error", "worst reported", "J: worst true error"]
-    lines = []
+    """The table for the documentation: the worst of each group, and what does not hold."""
+    heads = ["problems", "rays", "beyond 1e-10", "worst true error", "worst reported", "J: worst true error"]
+    groups: dict[str, list[dict[str, Any]]] = {}
     for row in failures_first(rows):
         if row["engine"] == "auto":
-            cells = (row["escaped"], row["inaccurate"], *(f"{row[n]:.0e}" for n in ("error", "reported_largest")))
-            more = (f"{row['j_error']:.0e}", f"{row['microseconds']:.0f}", row["verdict"])
-            lines.append([name_of(row), *map(str, cells), *more])
-    return [*heads, "µs", "verdict"], lines
+            groups.setdefault(row["group"] if row["verdict"] in _GOOD else name_of(row), []).append(row)
+    lines = []
+    for name, group in groups.items():
+        counts = [str(sum(row[key] for row in group)) for key in ("escaped", "inaccurate")]
+        worst = [f"{max(row[key] for row in group):.0e}" for key in ("error", "reported_largest", "j_error")]
+        slowest = f"{max(row['microseconds'] for row in group):.0f}"
+        verdicts = Counter(row["verdict"] for row in group)
+        lines.append([name, *counts, *worst, slowest, ", ".join(f"{n} {verdict}" for verdict, n in verdicts.items())])
+    return [*heads, "µs a ray, slowest", "verdict"], lines
 
 
 def failures_first(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
