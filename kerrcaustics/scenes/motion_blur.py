@@ -34,9 +34,12 @@ from kerrcaustics.shapes import Bool, Float
 
 Array = np.ndarray
 
-# Where most of the picture moves farther than this (pixels), or not straight on, pieces of the exposure have maps of
-# their own.
-_MOST_OF, _LONGEST_PIECE, _MOST_PIECES = 0.75, 6.0, 32
+# Part of the picture that decides on the number of pieces of an exposure, each with a map of its own.
+_MOST_OF = 0.75
+# Longest motion of that part within a piece, pixels.
+_LONGEST_PIECE = 6.0
+# Largest number of pieces.
+_MOST_PIECES = 32
 # Places, across and down, from which the motion of a picture is estimated.
 _PROBED = (12, 8)
 # A disk moves no farther than this (pixels) from one of its moments to the next, by whether the camera stays; at most

@@ -45,17 +45,23 @@ Light = Float[Array, "h w 3"]
 _TOGETHER = 1 << 15
 # Footprints that move farther than this (pixels) are swept in several parts of the exposure; at most so many.
 _LONGEST_SWEEP, _MOST_SWEEPS = 1.5, 32
-# A trace that is longer, or farther from straight than this (pixels), is drawn from two halves of the exposure, each
-# by its own images; at most so often.
-_LONGEST_TRACE, _STRAIGHT, _HALVINGS = 64.0, 0.3, 4
+# Longest trace that is drawn at once, pixels: a longer one is drawn from two halves of the exposure.
+_LONGEST_TRACE = 64.0
+# Largest distance of such a trace from a straight line, pixels.
+_STRAIGHT = 0.3
+# Largest number of halvings of an exposure.
+_HALVINGS = 4
 # Images on a trace are no further apart than this part of a pixel.
 _APART = 0.5
 
 
 class Parts(NamedTuple):
-    """Squares of a picture that see the sky: places (m, 2), pixels; side; their footprints.
+    """Squares of a picture that see the sky.
 
-    share: of the exposure in which they see it.
+    place: (m, 2) places of their middles, pixels.
+    side: length of their sides, pixels.
+    footprint: their footprints.
+    share: part of the exposure in which they see the sky.
     """
 
     place: Array
