@@ -10,6 +10,7 @@ from .scenes.disk.emission import (
 from .scenes.disk.function_emission import FunctionEmission as FunctionEmission
 from .scenes.disk.orbiting_spots import OrbitingSpots as OrbitingSpots
 from .scenes.disk.profile import LineProfile as LineProfile
+from .scenes.disk.samples import Emission as Emission
 from .scenes.disk.spots import Spots as Spots
 from .scenes.disk.texture import Texture as Texture
 from .scenes.disk.volume import Volume as Volume, VolumeGrid as VolumeGrid

@@ -12,5 +12,7 @@ from .scenes.checkerboard import Checkerboard as Checkerboard
 from .scenes.footprint import Footprint as Footprint
 from .scenes.function_sky import FunctionSky as FunctionSky
 from .scenes.panorama import Panorama as Panorama, save_sky as save_sky
+from .scenes.points import PointLights as PointLights
+from .scenes.sky import Sky as Sky
 from .scenes.star_field import StarField as StarField
 from .scenes.turned_sky import TurnedSky as TurnedSky

@@ -68,6 +68,7 @@ CALLS = [
     (kc.skies.Panorama, {"light": LIGHT, "orientation": np.eye(3), "aspect": 16.0}),
     (kc.skies.FunctionSky, {"function": np.abs, "detail": 0.1}),
     (kc.skies.TurnedSky, {"sky": kc.skies.Checkerboard(), "angle": 0.1}),
+    (kc.skies.PointLights, {"direction": [[1.0, 0.0, 0.0]], "flux": [[1.0, 1.0, 1.0]], "temperature": [6504.0]}),
     (kc.skies.StarCatalogue, {"direction": [[1.0, 0.0, 0.0]], "magnitude": [1.0], "colour_index": [1.0]}),
     (
         kc.skies.StarField,

@@ -19,10 +19,13 @@ LIGHT = np.zeros((4, 8, 3))
 MAP = kc.skies.Panorama(LIGHT)
 BAD = [
     (lambda: kc.render(CAMERA, None, None), "`view` must be a View or a Screen, but is NoneType."),
-    (lambda: kc.render(CAMERA, VIEW, "stars"), "`sky` must be a sky, with a method `light`, but is 'stars'."),
+    (
+        lambda: kc.render(CAMERA, VIEW, "stars"),
+        "`sky` must be a `kerrcaustics.skies.Sky`, but is 'stars'.",
+    ),
     (
         lambda: kc.render(CAMERA, VIEW, kc.skies.Checkerboard),
-        "`sky` must be a sky, with a method `light`, but is <class",
+        "`sky` must be a `kerrcaustics.skies.Sky`, but is <class",
     ),
     (lambda: kc.caustic_tubes(CAMERA, radii=3), "`radii` must fall from math.inf to a radius outside the horizon, but"),
     (
@@ -36,8 +39,14 @@ BAD = [
         "`quality` must be one of draft, normal, high, but is array",
     ),
     (lambda: kc.pictures.render_volume(CAMERA, VIEW, None), "`volume` must be a Volume, but is NoneType."),
-    (lambda: kc.skies.celestial_picture(None, 8), "`sky` must be a sky, with a method `light`, but is None."),
-    (lambda: kc.skies.TurnedSky(None, 0.1), "`sky` must be a sky, with a method `light`, but is None."),
+    (
+        lambda: kc.skies.celestial_picture(None, 8),
+        "`sky` must be a `kerrcaustics.skies.Sky`, but is None.",
+    ),
+    (
+        lambda: kc.skies.TurnedSky(None, 0.1),
+        "`sky` must be a `kerrcaustics.skies.Sky`, but is None.",
+    ),
     (lambda: kc.pictures.black_body(-5), "`temperature` must be from 0 kelvin on, but is -5."),
     (lambda: kc.pictures.black_body("x"), "`temperature` must hold numbers, but is 'x'."),
     (lambda: kc.pictures.black_body([300.0, math.nan]), "`temperature` must be from 0 kelvin on, but is [300.0, nan]."),

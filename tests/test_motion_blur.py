@@ -304,7 +304,7 @@ def away(turn, weight, width=128):
     return view, motion
 
 
-class Power:
+class Power(kc.skies.Sky):
     """A sky whose light is a power of its azimuth, from a quarter of the sky behind the camera on."""
 
     def __init__(self, exponent):

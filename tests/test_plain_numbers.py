@@ -100,7 +100,7 @@ def test_arrays_that_lose_nothing_are_taken():
 def test_an_observers_sky_has_two_coordinates():
     """Not the three of the sphere that stands for it inside."""
     takes_sky = {name for name, one in PUBLIC.items() if callable(one) and "sky" in inspect.signature(one).parameters}
-    # The sky of the others is one with a method `light`, or what a result holds.
+    # The sky of the others is a `Sky`, or what a result holds.
     takes_sky -= {"render", "render_volume", "trace_view", "celestial_picture", "TurnedSky", "Caustic", "StarImages"}
     assert takes_sky == {"trace_rays", "trace_beams", "ray_paths"}
     words = r"^Argument `sky` must have shape \(\.\.\., 2\) for an Observer, places \(alpha, beta\) .* but has \(1, 3\)"

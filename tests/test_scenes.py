@@ -20,7 +20,7 @@ VIEWS = {
 }
 
 
-class Plain:
+class Plain(kc.skies.Sky):
     """A sky with one function of the direction, unfiltered."""
 
     def __init__(self, function):
@@ -344,8 +344,8 @@ def test_a_traced_view_serves_many_skies_that_turn():
     # Swatches are in turn light and dark: two of them on, the sky is the same.
     for sky in (kc.skies.Checkerboard(), kc.skies.TurnedSky(kc.skies.Checkerboard(), 2 * angle)):
         assert np.allclose(traced.show(sky).light, kc.render(NEAR, view, kc.skies.Checkerboard()).light, atol=1e-6)
-    turned = traced.show(kc.skies.TurnedSky(Plain(lambda direction: direction[:, 0]), 0.3)).light
-    expected = traced.show(Plain(lambda n: math.cos(0.3) * n[:, 0] + math.sin(0.3) * n[:, 1])).light
+    turned = traced.show(kc.skies.TurnedSky(Plain(lambda n: 1 + n[:, 0]), 0.3)).light
+    expected = traced.show(Plain(lambda n: 1 + math.cos(0.3) * n[:, 0] + math.sin(0.3) * n[:, 1])).light
     assert np.allclose(turned, expected, atol=1e-6)
     both = {"beaming": True, "colour_shift": True}
     assert np.allclose(

@@ -25,7 +25,7 @@ DISTANT = kc.Observer(spin=SPIN, inclination=INCLINATION)
 SCREEN = kc.Screen(64, 36, 24.0)
 
 
-class Smooth:
+class Smooth(kc.skies.Sky):
     """A sky that grows linearly along each axis, one a channel."""
 
     def light(self, footprint, beaming, colour_shift):

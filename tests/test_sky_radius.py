@@ -17,11 +17,11 @@ RADIUS = 12.0
 SIDEWAYS = kc.pictures.View(32, 18, 1.0, forward=(0.3, 0.9, 0.2))
 
 
-class Marks:
-    """A sky whose light encodes n'_x, n'_y and the frequency ratio."""
+class Marks(kc.skies.Sky):
+    """A sky whose light encodes 1 + n'_x, 1 + n'_y and the frequency ratio."""
 
     def light(self, footprint, beaming, colour_shift):
-        return np.column_stack([footprint.direction[:, :2], footprint.redshift])
+        return np.column_stack([1 + footprint.direction[:, :2], footprint.redshift])
 
 
 def pixels_of(view):
@@ -49,7 +49,7 @@ def seen():
 @pytest.mark.slow
 def test_pixels_see_where_their_rays_meet_the_sphere(seen):
     rays = kc.trace_rays(CAMERA, pixels_of(SIDEWAYS)[0], end=RADIUS, redshift=True)
-    off = seen.light - np.concatenate([rays.direction[..., :2], rays.redshift[..., None]], axis=-1)
+    off = seen.light - np.concatenate([1 + rays.direction[..., :2], rays.redshift[..., None]], axis=-1)
     # An error of the map in pixels, of which none sees more than 0.1 rad; single precision.
     assert np.abs(off[..., :2]).max() < 0.1 * seen.error
     assert np.abs(off[..., 2] / rays.redshift).max() < 1e-5
@@ -85,7 +85,7 @@ def test_in_flat_space_the_sphere_is_where_straight_lines_meet_it():
     camera = kc.Camera(0.0, 1e7, velocity="static")
     view = kc.pictures.View(24, 24, 1.0, forward=(0.2, 0.9, 0.3))
     seen = marks(camera, view, 1.5e7)
-    assert np.abs(seen.light[..., :2] - met(pixels_of(view)[0], 1.5)[0][..., :2]).max() < 0.1 * seen.error + 1e-6
+    assert np.abs(seen.light[..., :2] - 1 - met(pixels_of(view)[0], 1.5)[0][..., :2]).max() < 0.1 * seen.error + 1e-6
     # The light of a star: of the area that it stands for on the sphere, by the angle and the distance.
     sky = np.array([0.2, 0.9, 0.3]) / math.sqrt(0.94)
     place, way = met(sky, 1.5)

@@ -15,7 +15,7 @@ import kerrcaustics as kc
 # Of results, files and objects, which hold no numbers of their own.
 OTHERS = (
     "CelestialSphere Sphere "
-    "Beams Caustic Footprint LineProfile Orbit Rays SceneFile StarImages Status "
+    "Beams Caustic Emission Footprint LineProfile Orbit Rays SceneFile Sky StarImages Status "
     "crossings_of_line event_derivatives explore hipparcos image_derivatives load merged_catalogues "
     "read_scene record save save_sky sweep tangent_basis to_xarray trace_view tycho2"
 )

@@ -18,7 +18,7 @@ from kerrcaustics.draw.sky_axes import camera_sky_axes, critical_line
 from kerrcaustics.draw.tracks import draw_motion, moving_lines
 from kerrcaustics.scenes.flare import glare_kernel, with_glare
 from kerrcaustics.scenes.render import render
-from kerrcaustics.scenes.sky_light import Sky
+from kerrcaustics.scenes.sky import Sky
 from kerrcaustics.scenes.tones import tone_mapped
 from kerrcaustics.scenes.view import View
 from kerrcaustics.shapes import Float

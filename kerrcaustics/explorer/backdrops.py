@@ -17,7 +17,7 @@ from kerrcaustics.scenes.celestial_picture import celestial_picture
 from kerrcaustics.scenes.checkerboard import Checkerboard
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.render import trace_view
-from kerrcaustics.scenes.sky_light import Sky
+from kerrcaustics.scenes.sky import Sky
 from kerrcaustics.scenes.star_field import StarField
 from kerrcaustics.scenes.tones import tone_mapped
 from kerrcaustics.scenes.view import View

@@ -60,8 +60,13 @@ def in_degrees(angle: float) -> float:
 
 
 def _entries(result: Any, points: bool) -> dict[str, Any]:
+    layout = LAYOUTS.get(type(result))
+    if layout is None:
+        raise ValueError(
+            f"Argument `result` must hold results alone, but holds {type(result).__name__}: a class of your own needs "
+            'the decorator `kerrcaustics.results.declared.result("name/1")`.'
+        )
     about = {name: as_in(result, each) for name, each in quantities(type(result)).items()}
-    layout = LAYOUTS[type(result)]
     entry: dict[str, Any] = {}
     for name in layout.names + layout.points * points:
         key, constant, text = name.partition("=")

@@ -58,6 +58,8 @@ HOMES = {
 }
 """The classes of each module that a file can hold. A module is loaded for the first file that names one."""
 
+_KINDS = {name for names in HOMES.values() for name in names.split()}
+
 Check = Callable[[Any], None]
 GetArray = Callable[[dict[str, Any]], np.ndarray]
 """An array by its entry in a header: the name of its member, its shape and its type."""
@@ -193,6 +195,8 @@ def _result(tree: Any, archive: ZipFile) -> Any:
 def _tree(value: Any, arrays: dict[str, Any]) -> Any:
     """A value as JSON; arrays are added to `arrays`, and stand in the tree by their names there."""
     if type(value) in LAYOUTS:
+        if type(value).__name__ not in _KINDS or not type(value).__module__.startswith("kerrcaustics."):
+            raise _not_in_files(type(value).__name__)
         parts = {name: _tree(getattr(value, name), arrays) for name in stored(type(value))}
         return {"kind": type(value).__name__, "fields": parts}
     if isinstance(value, np.ndarray):
@@ -205,7 +209,17 @@ def _tree(value: Any, arrays: dict[str, Any]) -> Any:
         return {type(value).__name__: [_tree(part, arrays) for part in value]}
     if isinstance(value, Path):
         return {"path": str(value)}
-    return value.item() if isinstance(value, np.generic) else value
+    if value is None or isinstance(value, str | int | float | np.generic):
+        return value.item() if isinstance(value, np.generic) else value
+    raise _not_in_files(type(value).__name__)
+
+
+def _not_in_files(kind: str) -> ValueError:
+    """The error about a class that files cannot hold."""
+    return ValueError(
+        f"Argument `result` must hold classes of kerrcaustics alone, but holds {kind}: a file with a class of your own "
+        "could not be loaded; keep its arrays with `numpy.savez`."
+    )
 
 
 def _value(tree: Any, array: GetArray, check: Check) -> Any:

@@ -25,9 +25,9 @@ from kerrcaustics.scenes.disk.wisps import Wisps
 from kerrcaustics.scenes.flare import glare_kernel, with_glare
 from kerrcaustics.scenes.light_files import read_picture
 from kerrcaustics.scenes.panorama import Panorama, oriented
-from kerrcaustics.scenes.render import Sky
 from kerrcaustics.scenes.scene_checks import check_above_horizon, check_rims
 from kerrcaustics.scenes.seen_sky import sky_end
+from kerrcaustics.scenes.sky import Sky
 from kerrcaustics.scenes.star_field import StarField
 from kerrcaustics.spacetime.viewer import Viewer
 

@@ -7,7 +7,8 @@ from kerrcaustics.scene_files.contents import LightTable
 from kerrcaustics.scenes.motion import Exposure, ShutterMotion
 from kerrcaustics.scenes.motion_blur import Matter
 from kerrcaustics.scenes.raster import Raster
-from kerrcaustics.scenes.render import Rendering, Sky, TracedView, render, trace_view
+from kerrcaustics.scenes.render import Rendering, TracedView, render, trace_view
+from kerrcaustics.scenes.sky import Sky
 from kerrcaustics.spacetime.viewer import Viewer
 
 # The last map, and all that it depends on.

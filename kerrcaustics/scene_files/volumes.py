@@ -16,7 +16,7 @@ from kerrcaustics.scene_files.cameras import CameraPath
 from kerrcaustics.scene_files.expressions import CONSTANTS, Formula, check_names, formula
 from kerrcaustics.scene_files.validation import SceneError, about, reject
 from kerrcaustics.scenes.colour import ResponseLike, from_srgb
-from kerrcaustics.scenes.disk.volume import VOLUME_MOTIONS, Volume, VolumeGrid
+from kerrcaustics.scenes.disk.volume import VOLUME_MOTIONS, Volume, VolumeGrid, VolumeLaw
 from kerrcaustics.shapes import Float
 
 Array = np.ndarray
@@ -45,7 +45,7 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
 
 
 @dataclass(frozen=True, eq=False)
-class SpaceLaw:
+class SpaceLaw(VolumeLaw):
     """An expression of the place, at one moment: a function of radius, theta and azimuth, turned by an angle.
 
     entry: in the file; values: of the names in it that are no coordinates of the place.
@@ -65,7 +65,7 @@ class SpaceLaw:
     def _tree(self) -> ast.expr:
         return ast.parse(self.text.strip(), mode="eval").body
 
-    def turned(self, angle: float) -> "SpaceLaw":
+    def turned_by(self, angle: float) -> "SpaceLaw":
         """The law turned about the spin axis by an angle (radians, toward larger phi)."""
         return replace(self, angle=self.angle + angle)
 

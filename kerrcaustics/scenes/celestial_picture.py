@@ -6,8 +6,8 @@ import numpy as np
 
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.scenes.footprint import Footprint
-from kerrcaustics.scenes.points import PointLights, drawn
-from kerrcaustics.scenes.sky_light import Sky, check_sky
+from kerrcaustics.scenes.points import drawn
+from kerrcaustics.scenes.sky import UNSHIFTED, Sky, check_sky, light_of_sky
 from kerrcaustics.scenes.view import View
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import flags, whole_number
@@ -24,7 +24,7 @@ def celestial_picture(sky: Sky, height: int, *, mirror: bool = False) -> Float[A
 
     Parameters
     ----------
-    sky : Checkerboard, Panorama, StarField or anything else with their method `light`
+    sky : Sky
     height : int
         Rows of the picture, 2 to 8192.
     mirror : bool
@@ -52,8 +52,8 @@ def celestial_picture(sky: Sky, height: int, *, mirror: bool = False) -> Float[A
     matrix[:, 0, 0] = pixel
     matrix[:, 1, 1] = pixel * np.repeat(np.sin(theta[:, 0]), 2 * height)
     footprint = Footprint(direction, matrix, np.zeros(len(direction)), np.ones(len(direction)))
-    light = sky.light(footprint, False, False).reshape(height, 2 * height, 3)
-    points: PointLights | None = getattr(sky, "points", None)
+    light = light_of_sky(sky, footprint, UNSHIFTED).reshape(height, 2 * height, 3)
+    points = sky.points
     if points is not None:
         x, y, _ = points.direction.T
         turn, down = np.arctan2(y, x) % (2 * math.pi), polar_angle(points.direction)

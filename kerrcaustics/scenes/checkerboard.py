@@ -9,6 +9,7 @@ import numpy as np
 from kerrcaustics.scenes.colour import from_srgb, shifted_light
 from kerrcaustics.scenes.footprint import Footprint, averaged
 from kerrcaustics.scenes.scene_checks import check_number
+from kerrcaustics.scenes.sky import Sky
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import one_of, quoted, whole_number
 
@@ -51,7 +52,7 @@ def mixed(colours: tuple[str, ...], rows: int) -> Float[Array, "rows 3"]:
 
 
 @dataclass(frozen=True, eq=False)
-class Checkerboard:
+class Checkerboard(Sky):
     """A sky of swatches between circles of latitude and meridians, as in JTFT fig 10.
 
     Parameters

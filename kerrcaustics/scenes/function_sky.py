@@ -10,6 +10,7 @@ import numpy as np
 from kerrcaustics.scenes.colour import shifted_light
 from kerrcaustics.scenes.footprint import DEVIATION, Footprint
 from kerrcaustics.scenes.scene_checks import check_light_function, checked_light
+from kerrcaustics.scenes.sky import Sky
 from kerrcaustics.shapes import Float, Int
 
 Array = np.ndarray
@@ -19,7 +20,7 @@ _MOST_POINTS, _TOGETHER = 16, 1 << 18
 
 
 @dataclass(frozen=True, eq=False)
-class FunctionSky:
+class FunctionSky(Sky):
     """A sky given by a function of the direction: a procedural texture, a model of the sky, a test pattern.
 
     Parameters

@@ -18,7 +18,7 @@ from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.colour import DAYLIGHT
 from kerrcaustics.scenes.disk.crossings import FINEST, DiskCrossings, Lattice, covered, crossings
 from kerrcaustics.scenes.disk.disk import Disk
-from kerrcaustics.scenes.disk.emission import BlackBody, Swatches, ThermalEmission
+from kerrcaustics.scenes.disk.emission import BlackBody, Swatches
 from kerrcaustics.scenes.disk.lighting import Looks, lit
 from kerrcaustics.scenes.disk.orbiting_spots import OrbitingSpots
 from kerrcaustics.scenes.disk.turned import turned_disk, turned_volume
@@ -26,16 +26,20 @@ from kerrcaustics.scenes.disk.veil import Glowing, veil_over
 from kerrcaustics.scenes.motion import ExposedMoment, Exposure
 from kerrcaustics.scenes.points import steps_to
 from kerrcaustics.scenes.seen_sky import SeenSky, seen_sky
-from kerrcaustics.scenes.sky_light import Shifts, Sky, sky_light
+from kerrcaustics.scenes.sky import Shifts, Sky
+from kerrcaustics.scenes.sky_light import sky_light
 from kerrcaustics.scenes.sky_map import CROOKED, TOLERANCE, ray_directions, slopes
 from kerrcaustics.scenes.star_search import StarSearch
 from kerrcaustics.shapes import Bool, Float
 
 Array = np.ndarray
 
-# Where most of the picture moves farther than this (pixels), or not straight on, pieces of the exposure have maps of
-# their own.
-_MOST_OF, _LONGEST_PIECE, _MOST_PIECES = 0.75, 6.0, 32
+# Part of the picture that decides on the number of pieces of an exposure, each with a map of its own.
+_MOST_OF = 0.75
+# Longest motion of that part within a piece, pixels.
+_LONGEST_PIECE = 6.0
+# Largest number of pieces.
+_MOST_PIECES = 32
 # Places, across and down, from which the motion of a picture is estimated.
 _PROBED = (12, 8)
 # A disk moves no farther than this (pixels) from one of its moments to the next, by whether the camera stays; at most
@@ -163,7 +167,7 @@ def _stand_in(volume: Glowing | None) -> Disk | None:
 
 def _moments(exposure: Exposure, disk: Disk) -> int:
     """Number of moments at which a disk is lit: one for each pixel that anything on it moves."""
-    patterned = callable(disk.opacity) or not isinstance(disk.emission, ThermalEmission)
+    patterned = callable(disk.opacity) or not disk.emission.symmetric
     if exposure.still and not patterned:
         return 1
     lattice = Lattice(exposure.middle.camera, exposure.middle.view, False)

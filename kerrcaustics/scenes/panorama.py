@@ -15,6 +15,7 @@ from kerrcaustics.scenes.colour import shift_of
 from kerrcaustics.scenes.footprint import ASPECT, LONGEST, Footprint, averaged
 from kerrcaustics.scenes.light_files import has_bytes, rows_of, size_of
 from kerrcaustics.scenes.scene_checks import check_brightness, check_light, check_light_of_file, check_number, not_light
+from kerrcaustics.scenes.sky import Sky
 from kerrcaustics.scenes.sphere_pyramid import SphereRows, pyramid
 from kerrcaustics.shapes import Float, Float32
 from kerrcaustics.spacetime.checks import flags, quoted, real_array
@@ -30,7 +31,7 @@ _BLOCK = 64
 LARGE, _LOWEST, _HIGHEST = 4096, 0.1, 1e4
 
 
-class Panorama:
+class Panorama(Sky):
     """A sky from an equirectangular picture seen from inside the sphere, as photographs of a whole sky are.
 
     Parameters

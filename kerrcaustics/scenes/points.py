@@ -14,9 +14,11 @@ from numpy.typing import ArrayLike
 from kerrcaustics.scenes.colour import ResponseLike, shifted_light
 from kerrcaustics.scenes.footprint import Footprint, turned
 from kerrcaustics.scenes.raster import Raster
+from kerrcaustics.scenes.scene_checks import check_light
 from kerrcaustics.scenes.star_bins import StarBins, star_bins
 from kerrcaustics.scenes.unresolved_stars import StarLayer, faded, limits
 from kerrcaustics.shapes import Bool, Float, Int
+from kerrcaustics.spacetime.checks import real_array
 
 Array = np.ndarray
 
@@ -26,10 +28,33 @@ _SAME = 0.02
 
 @dataclass(frozen=True, eq=False)
 class PointLights:
-    """Stars: directions n' (n, 3), linear sRGB light (n, 3), temperatures (n,).
+    """Points of light on a sky.
 
-    response: that for which their colours are shifted, as in `black_body`; limit (n,): solid angle that a pixel sees
-    where their images begin to fade, given for some stars of many.
+    Parameters
+    ----------
+    direction : (n, 3) array
+        Unit vectors n' toward them.
+    flux : (n, 3) array
+        Linear sRGB light: a sky's unit times steradian.
+    temperature : (n,) array
+        Kelvin, for a shift of their colours.
+    response : str or MeasuredResponse
+        That for which their colours are shifted, as in `black_body`.
+    limit : (n,) array, optional
+        Solid angles that a pixel sees where their images begin to fade, given for some points of many.
+
+    Raises
+    ------
+    ValueError
+        If an argument is invalid.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> import numpy as np
+    >>> star = kc.skies.PointLights(np.array([[-1.0, 0.0, 0.0]]), np.ones((1, 3)), np.array([6504.0]))
+    >>> star.flux.tolist()
+    [[1.0, 1.0, 1.0]]
     """
 
     direction: Array
@@ -37,6 +62,18 @@ class PointLights:
     temperature: Array
     response: ResponseLike = "cie"
     limit: Array | None = None
+
+    def __post_init__(self) -> None:
+        """Raise ValueError unless the points are valid."""
+        columns = {"direction": (3,), "flux": (3,), "temperature": ()} | ({} if self.limit is None else {"limit": ()})
+        values = {name: real_array(name, getattr(self, name)) for name in columns}
+        count = np.shape(values["direction"])[:1]
+        for name, rest in columns.items():
+            if values[name].shape != (*count, *rest):
+                must = f"have the shape {(*count, *rest)}" if count else "have the shape (n, 3)"
+                raise ValueError(f"Argument `{name}` must {must}, but has {values[name].shape}.")
+            object.__setattr__(self, name, values[name])
+        check_light("flux", values["flux"])
 
     @cached_property
     def limits(self) -> Float[Array, " stars"]:

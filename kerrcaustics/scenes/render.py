@@ -23,8 +23,9 @@ from kerrcaustics.scenes.motion_blur import Matter, blurred_matter, blurred_sky
 from kerrcaustics.scenes.raster import Raster, check_picture
 from kerrcaustics.scenes.scene_checks import check_uses, checked_moment, map_error
 from kerrcaustics.scenes.seen_sky import seen_sky, sky_end
+from kerrcaustics.scenes.sky import Shifts, Sky, check_sky
 from kerrcaustics.scenes.sky_cells import SkyCells
-from kerrcaustics.scenes.sky_light import Parts, Shifts, Sky, check_sky, sky_light
+from kerrcaustics.scenes.sky_light import Parts, sky_light
 from kerrcaustics.scenes.star_search import StarSearch
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import flags, instance_of
@@ -199,7 +200,7 @@ def render(
     camera : Camera or Observer
     view : View or Screen
         A `View` for a camera, a `Screen` for an observer.
-    sky : Checkerboard, Panorama, StarField or anything else with their method `light`, optional
+    sky : Sky, optional
         If omitted, the sky is black, and no beam is traced to it.
     disk : Disk, optional
     volume : Volume or OrbitingSpots, optional
@@ -371,7 +372,7 @@ def _blurred(
         glow, transmission, hidden, beams = blurred_matter(exposure, matter, shifts, delay)
     if sky is None:
         return Rendering(camera, view, glow, None, 0, sum(beams), clock() - began, beams, transmission)
-    if getattr(sky, "sweep", 0.0):
+    if sky.sweep:
         raise ValueError("Argument `sky` must have no `sweep` of its own where `motion` is given.")
     light, visible = blurred_sky(exposure, sky, shifts, close, hidden, end)
     light = glow + (light if transmission is None else light * transmission[..., None])

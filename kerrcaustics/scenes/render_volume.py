@@ -13,7 +13,7 @@ from kerrcaustics.scenes.disk.volume import Volume
 from kerrcaustics.scenes.raster import Raster, check_picture
 from kerrcaustics.scenes.render import Sky, render
 from kerrcaustics.scenes.scene_checks import check_number
-from kerrcaustics.scenes.sky_light import check_sky
+from kerrcaustics.scenes.sky import check_sky
 from kerrcaustics.spacetime.checks import flags, instance_of
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -65,7 +65,7 @@ def render_volume(
     view : View or Screen
         As for `render`.
     volume : Volume
-    sky : Checkerboard, Panorama, StarField or anything else with their method `light`, optional
+    sky : Sky, optional
         Seen as `render` shows it, dimmed by the matter in front.
     beaming, colour_shift : bool
         As for `render`; both together keep I_nu / nu^3.

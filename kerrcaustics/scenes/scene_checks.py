@@ -11,6 +11,8 @@ from kerrcaustics.choices import Quality
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import apart, left_out, one_of, quoted, real_array, real_number
 
+# Dark light may lie this far below 0 by rounding, as a part of the brightest.
+_ROUND_OFF = 1e-6
 _MAP_ERRORS: dict[Quality, float] = dict(zip(get_args(Quality), (0.05, 0.01, 0.0025), strict=True))
 
 
@@ -82,6 +84,25 @@ def checked_light(function: Callable[..., Any], *places: np.ndarray) -> np.ndarr
             f"Argument `function` must return finite numbers that are not negative, but {bad} of {light.size} are not."
         )
     return light
+
+
+def checked_source_light(name: str, source: Any, values: Any, count: int) -> np.ndarray:
+    """The light (n, 3) that the method `light` of the argument `name` returned; ValueError if it is none."""
+    try:
+        light = np.asarray(values)
+    except (TypeError, ValueError):
+        # Lists of different lengths make no array.
+        light = np.array(None)
+    if light.dtype.kind not in "fiu":
+        returned = "no real numbers"
+    elif light.shape != (count, 3):
+        returned = f"the shape {light.shape}"
+    elif not light.size or (light.min() >= -_ROUND_OFF * max(float(light.max()), 1.0) and light.max() < math.inf):
+        return light
+    else:
+        returned = f"{not_light(light)} of {light.size} that are not"
+    must = f"have a method `light` that returns finite numbers from 0 on, of the shape ({count}, 3)"
+    raise ValueError(f"Argument `{name}` must {must}, but that of {type(source).__name__} returns {returned}.")
 
 
 def check_light_of_file(path: str | os.PathLike[str], bad: int) -> None:

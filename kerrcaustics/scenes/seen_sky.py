@@ -33,16 +33,26 @@ Array = np.ndarray
 _CHUNK = 1 << 12
 # Errors of a map are found at some places only: elsewhere they were seen to be 1.1 times larger at most.
 _CAUTION = 2.0
-# While the camera moves, the shadow edge is looked at this often (moments per pixel), within these odd numbers, and
-# pixels are divided into so many parts each way then.
-_PER_PIXEL, _FEWEST, _MOST, _SUPERSAMPLED = 2.0, 3, 15, 2
+# Moments per pixel by which the shadow edge moves, while the camera moves.
+_PER_PIXEL = 2.0
+# Smallest number of these moments, odd.
+_FEWEST = 3
+# Largest number of these moments, odd.
+_MOST = 15
+# Parts of a pixel each way at each of these moments.
+_SUPERSAMPLED = 2
 _EDGE_POINTS = 360
 
 
 class SeenSky(NamedTuple):
-    """Cells that see the sky, parts of the other pixels that do, and the part (h, w) of each pixel that does.
+    """The visible sky of a view.
 
-    supersampled: how many pixels were; beams: how many were traced; error: of the map, in pixels, at most.
+    cells: cells of the picture that see the sky.
+    parts: parts of the other pixels that see it.
+    visible_fraction: part (h, w) of each pixel that sees it.
+    supersampled: number of supersampled pixels.
+    beams: number of traced beams.
+    error: largest error of the map, pixels.
     """
 
     cells: SkyCells

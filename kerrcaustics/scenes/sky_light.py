@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from itertools import chain
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from kerrcaustics.scenes.footprint import Footprint, singular_values
 from kerrcaustics.scenes.motion import BOX, ShutterWeight
 from kerrcaustics.scenes.points import PointLights, drawn, moved
 from kerrcaustics.scenes.raster import Raster
+from kerrcaustics.scenes.sky import Shifts, Sky, light_of_sky
 from kerrcaustics.scenes.sky_cells import (
     PARTS,
     CellPlaces,
@@ -33,7 +34,6 @@ from kerrcaustics.scenes.sky_cells import (
 from kerrcaustics.scenes.star_search import PictureImages, StarSearch
 from kerrcaustics.scenes.unresolved_stars import faded, footing
 from kerrcaustics.shapes import Bool, Float, Float32, Int
-from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.frame import redshift
 from kerrcaustics.spacetime.sphere import polar_basis
 from kerrcaustics.spacetime.viewer import Viewer
@@ -45,49 +45,29 @@ Light = Float[Array, "h w 3"]
 _TOGETHER = 1 << 15
 # Footprints that move farther than this (pixels) are swept in several parts of the exposure; at most so many.
 _LONGEST_SWEEP, _MOST_SWEEPS = 1.5, 32
-# A trace that is longer, or farther from straight than this (pixels), is drawn from two halves of the exposure, each
-# by its own images; at most so often.
-_LONGEST_TRACE, _STRAIGHT, _HALVINGS = 64.0, 0.3, 4
+# Longest trace that is drawn at once, pixels: a longer one is drawn from two halves of the exposure.
+_LONGEST_TRACE = 64.0
+# Largest distance of such a trace from a straight line, pixels.
+_STRAIGHT = 0.3
+# Largest number of halvings of an exposure.
+_HALVINGS = 4
 # Images on a trace are no further apart than this part of a pixel.
 _APART = 0.5
 
 
-@runtime_checkable
-class Sky(Protocol):
-    """A celestial sphere that can be seen.
-
-    A sky with points of light has three more: points, a `PointLights`; sweep, the angle (radians) by which it turns
-    about the spin axis while the picture is exposed; smooth, true if all but the points needs no motion blur.
-    """
-
-    def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
-        """Linear sRGB light (n, 3), as intensity, that n pixels receive of what is spread over the sky."""
-        ...
-
-
-def check_sky(sky: Any, *, needed: bool = False) -> None:
-    """Raise ValueError for an object without the light of a sky."""
-    if (needed or sky is not None) and (isinstance(sky, type) or not callable(getattr(sky, "light", None))):
-        raise ValueError(f"Argument `sky` must be a sky, with a method `light`, but is {quoted(sky)}.")
-
-
 class Parts(NamedTuple):
-    """Squares of a picture that see the sky: places (m, 2), pixels; side; their footprints.
+    """Squares of a picture that see the sky.
 
-    share: of the exposure in which they see it.
+    place: (m, 2) places of their middles, pixels.
+    side: length of their sides, pixels.
+    footprint: their footprints.
+    share: part of the exposure in which they see the sky.
     """
 
     place: Array
     side: float
     footprint: Footprint
     share: float = 1.0
-
-
-class Shifts(NamedTuple):
-    """Shifts of light: of its intensity, of its colours."""
-
-    beaming: bool
-    colour_shift: bool
 
 
 @stage("sky_light")
@@ -110,10 +90,10 @@ def sky_light(
     weight: of the moments meanwhile.
     """
     light, count = np.zeros((view.height * view.width, 3), np.float32), parts_of(cells)
-    covering, points = covering_cells(cells, view.shape), getattr(sky, "points", None)
+    covering, points = covering_cells(cells, view.shape), sky.points
     lighting = _Lighting(camera, view, end, sky, points, shifts)
-    sweep = turn + getattr(sky, "sweep", 0.0)
-    drift = 0.0 if getattr(sky, "smooth", False) else sweep
+    sweep = turn + sky.sweep
+    drift = 0.0 if sky.smooth else sweep
     with ThreadPoolExecutor(cores()) as pool:
         patches = Patches(cells)
         for which, moments in _sweeps(cells, count == 1, drift, weight):
@@ -225,7 +205,7 @@ class _Lighting(NamedTuple):
         places = CellPlaces.of(pixel, covering, 1)
         footprint = self._footprint(now.patches, places)
         stars = self._unresolved(places.x, places.y, footprint, 1.0)
-        received = self.sky.light(now.swept(footprint, places), *self.shifts) + stars
+        received = light_of_sky(self.sky, now.swept(footprint, places), self.shifts) + stars
         _add(light, pixel, now.times.share * received)
 
     def divided(self, patches: Patches, covering: Int[Array, "h w"], pixel: Int[Array, " m"], count: int) -> Parts:
@@ -240,7 +220,7 @@ class _Lighting(NamedTuple):
         turned, turn = motion
         if turn:
             footprint = _swept(footprint, turn * turning(footprint.direction)).turned(-turned)
-        light = (self.sky.light(footprint, *self.shifts) + stars) * (part.share * part.side**2)
+        light = (light_of_sky(self.sky, footprint, self.shifts) + stars) * (part.share * part.side**2)
         x, y = np.round(part.place).astype(int).T
         pixel = y * self.view.width + x
         # Parts of a pixel follow each other.

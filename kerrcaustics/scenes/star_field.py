@@ -14,7 +14,7 @@ from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.panorama import Panorama, rotation
 from kerrcaustics.scenes.points import PointLights
 from kerrcaustics.scenes.scene_checks import check_number, not_negative
-from kerrcaustics.scenes.sky_light import Sky
+from kerrcaustics.scenes.sky import Sky
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import instance_of, quoted
 from kerrcaustics.spacetime.sphere import from_angles
@@ -31,7 +31,7 @@ _SQUARE_DEGREES = (180 / math.pi) ** 2
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StarField(Shown):
+class StarField(Shown, Sky):
     """A sky of stars and of the diffuse light of a galactic plane.
 
     Parameters
@@ -82,6 +82,7 @@ class StarField(Shown):
     sweep: float = 0.0
     response: ResponseLike = "cie"
     nebulae: Sky | None = None
+    smooth: bool = field(init=False)
 
     def __post_init__(self) -> None:
         """Raise ValueError unless the star field is valid."""
@@ -92,6 +93,8 @@ class StarField(Shown):
         object.__setattr__(self, "orientation", turn if self.orientation is None else rotation(self.orientation))
         black_body(DAYLIGHT, self.white, self.response)
         _check_nebulae(self.nebulae)
+        # The band alone needs no motion blur.
+        object.__setattr__(self, "smooth", self.nebulae is None)
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels, stars of magnitude 0 per steradian: that of the band and the nebulae."""
@@ -99,11 +102,6 @@ class StarField(Shown):
         if self.band:
             light = self._band.light(footprint, beaming, colour_shift) * self._tint
         return light if self.nebulae is None else light + self.nebulae.light(footprint, beaming, colour_shift)
-
-    @property
-    def smooth(self) -> bool:
-        """True without nebulae: the band needs no motion blur."""
-        return self.nebulae is None
 
     @property
     def galaxy(self) -> Float[Array, "3 3"]:
@@ -114,7 +112,7 @@ class StarField(Shown):
         return self.orientation @ galactic_axes().T @ np.diag([-1.0, -1.0, 1.0])
 
     @cached_property
-    def points(self) -> PointLights:
+    def points(self) -> PointLights:  # pyright: ignore[reportIncompatibleVariableOverride]
         """The stars."""
         direction = self.catalogue.direction @ self.orientation.T
         colour = black_body(self._temperature, self.white, self.response)
@@ -143,8 +141,7 @@ class StarField(Shown):
 
 def _check_nebulae(sky: Any) -> None:
     """Raise ValueError unless light that is spread over the sky is valid, or there is none."""
-    shines = not isinstance(sky, type) and callable(getattr(sky, "light", None))
-    if sky is not None and not (shines and getattr(sky, "points", None) is None):
+    if sky is not None and not (isinstance(sky, Sky) and sky.points is None):
         must = "be a sky without points of light, as a Panorama"
         raise ValueError(f"Argument `nebulae` must {must}, but is {quoted(sky)}.")
 

@@ -1,25 +1,25 @@
 """A sky that turns about the spin axis, as a camera sees it that orbits the hole."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.points import PointLights
 from kerrcaustics.scenes.scene_checks import check_number
-from kerrcaustics.scenes.sky_light import Sky, check_sky
+from kerrcaustics.scenes.sky import Sky, check_sky
 from kerrcaustics.shapes import Float
 
 Array = np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
-class TurnedSky:
+class TurnedSky(Sky):
     """A sky turned about the spin axis by an angle (radians, toward larger phi').
 
     Parameters
     ----------
-    sky : Checkerboard, Panorama, StarField or anything else with their method `light`
+    sky : Sky
     angle : float
         Radians, toward larger phi'.
 
@@ -37,11 +37,15 @@ class TurnedSky:
 
     sky: Sky
     angle: float
+    sweep: float = field(init=False)
+    smooth: bool = field(init=False)
 
     def __post_init__(self) -> None:
         """Raise ValueError unless the sky is valid and the angle finite."""
         check_sky(self.sky, needed=True)
         check_number("angle", self.angle, "be a finite number")
+        object.__setattr__(self, "sweep", self.sky.sweep)
+        object.__setattr__(self, "smooth", self.sky.smooth)
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels."""
@@ -49,17 +53,7 @@ class TurnedSky:
         return self.sky.light(footprint.turned(-self.angle), beaming, colour_shift)
 
     @property
-    def points(self) -> PointLights | None:
+    def points(self) -> PointLights | None:  # pyright: ignore[reportIncompatibleVariableOverride]
         """The points of light of the sky, turned."""
-        points: PointLights | None = getattr(self.sky, "points", None)
+        points = self.sky.points
         return None if points is None else points.some(np.arange(len(points.direction)), self.angle)
-
-    @property
-    def sweep(self) -> float:
-        """The angle by which it turns while the picture is exposed."""
-        return getattr(self.sky, "sweep", 0.0)
-
-    @property
-    def smooth(self) -> bool:
-        """True if all that is spread over it needs no motion blur."""
-        return getattr(self.sky, "smooth", False)

@@ -1,13 +1,13 @@
 """Thin disks: their rims, emission, opacity and motion."""
 
 from dataclasses import dataclass, replace
-from typing import Any, Literal, cast, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 
 from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
-from kerrcaustics.scenes.disk.texture import AlphaOpacity, Texture
+from kerrcaustics.scenes.disk.texture import AlphaOpacity
 from kerrcaustics.scenes.scene_checks import check_above_horizon, check_brightness, check_number, check_rims, positive
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import flags, one_of, quoted, real_array
@@ -60,8 +60,9 @@ class Disk:
     inner, outer : float or "isco"
         Radii of its rims, outside the horizon. inner may be "isco", the innermost stable circular orbit about the hole
         that it is seen with: the retrograde one for retrograde motions, else the prograde one.
-    emission : BlackBody, PowerLaw, PageThorne, Swatches, Texture, Spots, Wisps or anything else with their methods
-        The light that it emits, the same on both faces.
+    emission : Emission
+        The light that it emits, the same on both faces: `BlackBody`, `PowerLaw`, `PageThorne`, `Swatches`, `Texture`,
+        `Spots`, `Wisps`, `FunctionEmission`, or a class of your own.
     opacity : float or function
         The part of the light behind that the disk blocks when seen along its axis, 0 to 1: 1 - exp(-tau). It does not
         affect the emission: a transparent disk shines too. If omitted, 1, or the alpha of a `Texture`.
@@ -107,12 +108,9 @@ class Disk:
             check_number("outer", self.outer, "be a positive, finite radius", positive)
         else:
             check_rims(self.inner, self.outer)
-        missing = [name for name in ("light", "parts") if not hasattr(self.emission, name)]
-        if missing:
-            kinds = "BlackBody, PowerLaw, PageThorne, Swatches, Texture, Spots, Wisps or FunctionEmission"
+        if not isinstance(self.emission, Emission):
             raise ValueError(
-                f"Argument `emission` must be a {kinds}, or have the methods `light` and `parts`, but is "
-                f"{quoted(self.emission)}, without {' and '.join(f'`{name}`' for name in missing)}."
+                f"Argument `emission` must be a `kerrcaustics.disks.Emission`, but is {quoted(self.emission)}."
             )
         self._complete()
         if not callable(self.opacity):
@@ -127,9 +125,11 @@ class Disk:
             flags(slant=self.slant)
         opacity, slant = self.opacity, True if self.slant is None else self.slant
         if opacity is None:
-            opacity = 1.0
-            if getattr(self.emission, "cover", None) is not None:
-                opacity, slant = AlphaOpacity(cast("Texture", self.emission), self.inner, self.outer), bool(self.slant)
+            opacity = self.emission.own_opacity(self.inner, self.outer)
+            if opacity is None:
+                opacity = 1.0
+            else:
+                slant = bool(self.slant)
         object.__setattr__(self, "opacity", opacity)
         object.__setattr__(self, "slant", slant)
 
@@ -162,7 +162,7 @@ class Disk:
 
     def transmitted(self, samples: DiskSamples, cosine: Float[Array, " n"]) -> Float[Array, " n"]:
         """The part (n,) of the light behind that comes through; cosine, of the angle from the axis."""
-        if hasattr(self.opacity, "mean"):
+        if isinstance(self.opacity, AlphaOpacity):
             opacity = real_array("opacity", self.opacity.mean(samples))
         else:
             opacity = self.opacity_at(samples.radius, samples.azimuth)

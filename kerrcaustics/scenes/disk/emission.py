@@ -1,6 +1,7 @@
 """Emission of disks: black bodies of one temperature or of a law, and paint swatches."""
 
 import math
+from abc import abstractmethod
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -10,7 +11,7 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.scenes.checkerboard import COLOURS, DARKER, GAP_COLOUR, check_pattern, mixed
 from kerrcaustics.scenes.colour import ResponseLike, check_response, from_srgb, seen_black_body, shifted_light
-from kerrcaustics.scenes.disk.samples import DiskSamples
+from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
 from kerrcaustics.scenes.scene_checks import check_number, positive
 from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime import kerr
@@ -24,9 +25,10 @@ _HOTTEST = 1e6
 _RADII = 2001
 
 
-class ThermalEmission:
+class ThermalEmission(Emission):
     """Light of a temperature that depends on the radius alone; it is smooth, so that a pixel needs no division."""
 
+    symmetric = True
     peak: float
     response: ResponseLike = "cie"
 
@@ -36,9 +38,9 @@ class ThermalEmission:
         check_number("peak", self.peak, must, lambda kelvin: 0 < kelvin <= _HOTTEST)
         check_response(self.response)
 
+    @abstractmethod
     def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
         """Temperature in kelvin; 0 where nothing shines. spin: of the hole, negative where the disk is retrograde."""
-        raise NotImplementedError
 
     def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """The light of a black body; seen with g and both shifts, that of one of g T."""
@@ -202,7 +204,7 @@ def _isco(spin: float) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Swatches:
+class Swatches(Emission):
     """Paint swatches between circles and radii, alternating in brightness, with gaps, as in JTFT fig 13.
 
     Parameters

@@ -6,11 +6,11 @@ import numpy as np
 
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.scenes.disk.disk import Disk, disk_about
-from kerrcaustics.scenes.disk.samples import DiskSamples
+from kerrcaustics.scenes.disk.samples import DiskSamples, emitted_light
 from kerrcaustics.scenes.footprint import Footprint
-from kerrcaustics.scenes.points import PointLights, drawn
+from kerrcaustics.scenes.points import drawn
 from kerrcaustics.scenes.raster import check_picture
-from kerrcaustics.scenes.sky_light import Sky
+from kerrcaustics.scenes.sky import UNSHIFTED, Sky, check_sky, light_of_sky
 from kerrcaustics.scenes.view import View
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.camera import Camera, check_camera
@@ -34,7 +34,7 @@ def render_flat(
     camera : Camera
         Its place (radius, inclination) counts as spherical coordinates, its axes stay; it does not move.
     view : View
-    sky : Checkerboard, Panorama, StarField or anything else with their method `light`, optional
+    sky : Sky, optional
     disk : Disk, optional
         In the plane z = 0, between circles of its radii; no light is shifted.
     sky_radius : float
@@ -46,6 +46,7 @@ def render_flat(
     """
     check_camera(camera)
     check_picture(camera, view)
+    check_sky(sky)
     start = camera.radius * from_angles(camera.inclination, 0.0)
     if not real_number("sky_radius", sky_radius) > camera.radius:
         must = f"be larger than the radius of the camera, {camera.radius:g}"
@@ -54,7 +55,8 @@ def render_flat(
     light = np.zeros((len(x), 3))
     if sky is not None:
         place = start / sky_radius
-        light = light + sky.light(_footprint(*_line_of_sight(camera, view, x, y), place), False, False)
+        footprint = _footprint(*_line_of_sight(camera, view, x, y), place)
+        light = light + light_of_sky(sky, footprint, UNSHIFTED)
         _draw_points(camera, view, sky, place, light.reshape(view.height, view.width, 3))
     disk = disk_about(disk, camera)
     if disk is not None:
@@ -84,7 +86,7 @@ def _turn(camera: Camera) -> Float[Array, "3 3"]:
 
 def _draw_points(camera: Camera, view: View, sky: Sky, viewer: Float[Array, "3"], light: Float[Array, "h w 3"]) -> None:
     """Add the points of light that a sky may have, where they are."""
-    points: PointLights | None = getattr(sky, "points", None)
+    points = sky.points
     if points is None:
         return
     way = points.direction - viewer
@@ -130,6 +132,6 @@ def _disk_light(
     azimuth, width = np.arctan2(place[:, 1], place[:, 0]), disk.outer - disk.inner
     still = np.zeros(len(on)), np.zeros_like
     samples = DiskSamples(radius, azimuth, (radius - disk.inner) / width, matrix, np.ones(len(on)), width, 0.0, *still)
-    light[on] = disk.brightness * disk.emission.light(samples, False, False)
+    light[on] = disk.brightness * emitted_light(disk.emission, samples, UNSHIFTED)
     transmission[on] = disk.transmitted(samples, np.abs(direction[:, 2]))
     return light, transmission

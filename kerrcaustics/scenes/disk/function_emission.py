@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from kerrcaustics.scenes.colour import shifted_light
-from kerrcaustics.scenes.disk.samples import DiskSamples
+from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
 from kerrcaustics.scenes.function_sky import means
 from kerrcaustics.scenes.scene_checks import check_light_function, checked_light
 from kerrcaustics.shapes import Float, Int
@@ -17,7 +17,7 @@ Array = np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
-class FunctionEmission:
+class FunctionEmission(Emission):
     """Light by a function of radius and azimuth: a procedural texture, a model, a test pattern.
 
     Parameters

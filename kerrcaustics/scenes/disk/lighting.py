@@ -16,9 +16,10 @@ from kerrcaustics.beams.trace import cores
 from kerrcaustics.scenes.coons_patches import weights
 from kerrcaustics.scenes.disk.crossings import FINEST, DiskCells
 from kerrcaustics.scenes.disk.disk import OPPOSITE, Disk, is_prograde, orbital
-from kerrcaustics.scenes.disk.samples import DiskSamples
+from kerrcaustics.scenes.disk.samples import DiskSamples, emitted_light
 from kerrcaustics.scenes.disk.veil import Veil
 from kerrcaustics.scenes.quadtree import in_chunks
+from kerrcaustics.scenes.sky import Shifts
 from kerrcaustics.shapes import Bool, Float, Int
 
 Array = np.ndarray
@@ -174,7 +175,7 @@ def _uneven(disk: Disk, cells: DiskCells, low: Array, high: Array, looks: Looks)
     radius = disk.inner + (disk.outer - disk.inner) * np.clip(across, 0, 1)
     azimuth = np.broadcast_to(azimuth[:, None], (_LOOKED_AT, *azimuth.shape))
     radius = np.broadcast_to(radius, azimuth.shape)
-    if not getattr(disk.emission, "keeps_shape", False):
+    if not disk.emission.keeps_shape:
         emitted = looks.time - cells.extra[..., 4].mean(axis=1) * looks.delay
         azimuth = azimuth - disk.orbital(looks.spin, radius) * emitted
     opacity = disk.opacity_at(radius.ravel(), azimuth.ravel()).reshape(_LOOKED_AT**2, -1)
@@ -248,7 +249,7 @@ def _sight(
         open_to = transmission[target] > 0
         target, cell = target[open_to], cell[open_to]
     row, part = np.divmod(target, grid.divisions**2)
-    circles = not getattr(disk.emission, "keeps_shape", False)
+    circles = not disk.emission.keeps_shape
     numbers = disk.inner, disk.outer, *_matter(disk.motion, looks.spin), looks.time, looks.delay, circles, *grid[:2]
     columns = grid.pixels[row] * grid.divisions**2 + part, cell
     sight = _Sight(target, *kernel("disk_sample").on_rays(numbers, columns, tables=[layer.table]))
@@ -288,10 +289,8 @@ def _visible(layer: _Layer, grid: _DividedPixels) -> tuple[Int[Array, " m"], Int
 def _parts_lit(disk: Disk, sight: _Sight, looks: Looks) -> tuple[Float[Array, "m 3"], Float[Array, " m"]]:
     """Light (m, 3) and transmission (m,) of parts of pixels."""
     samples = _samples(disk, sight, looks)
-    emitted = disk.emission.light(samples, looks.beaming, looks.colour_shift)
+    emitted = emitted_light(disk.emission, samples, Shifts(looks.beaming, looks.colour_shift))
     shining = np.multiply(disk.brightness, emitted, dtype=float)
-    if looks.beaming or looks.colour_shift:
-        shining[~np.isfinite(sight.redshift)] = 0.0
     shining *= sight.cover[:, None]
     return shining, 1 - sight.cover * (1 - disk.transmitted(samples, sight.cosine))
 

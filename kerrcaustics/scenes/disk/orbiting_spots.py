@@ -144,7 +144,7 @@ class OrbitingSpots:
         self.check(spin)
         return SphericalOrbits(spin, self.radius, self.inclination, self.node, self.phase)
 
-    def turned(self, angle: float) -> "OrbitingSpots":
+    def turned_by(self, angle: float) -> "OrbitingSpots":
         """The spots turned about the spin axis by an angle (radians, toward larger phi)."""
         return replace(self, node=self.node + angle)
 

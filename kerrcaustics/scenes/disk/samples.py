@@ -1,23 +1,31 @@
-"""Samples of a disk in the parts of pixels, and the protocol of an emission."""
+"""Samples of a disk in the parts of pixels, and the base class of all emissions."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from kerrcaustics.scenes.scene_checks import checked_source_light
+from kerrcaustics.scenes.sky import Shifts
 from kerrcaustics.shapes import Float, Int
 
 Array = np.ndarray
 
 
 class DiskSamples(NamedTuple):
-    """Samples of a disk in n parts of pixels.
+    """Samples of a disk in n parts of pixels, as the method `light` of an emission gets them.
 
-    radius (n,); azimuth (n,) in the pattern, which circles with the disk, or as it is for an emission that keeps its
-    shape; across (n,), 0 at the inner rim and 1 at the outer one; matrix (n, 2, 2), dr and r dphi (rows) along the two
-    sides of the part (columns); redshift (n,), nu_camera / nu_emitter, NaN where nothing can circle; width, from rim to
-    rim; spin of the hole, negative where the disk is retrograde; time (n,), when the light left; orbital, dphi / dt at
-    radii; opposite, a function of samples, which returns those of matter that circles the other way.
+    radius: (n,) radii.
+    azimuth: (n,) azimuths in the pattern, which circles with the disk; where the light leaves, for `keeps_shape`.
+    across: (n,) places between the rims: 0 at the inner one, 1 at the outer one.
+    matrix: (n, 2, 2) changes dr and r dphi (rows) along the two sides of the part (columns).
+    redshift: (n,) ratios nu_camera / nu_emitter, NaN where nothing can circle.
+    width: distance from rim to rim.
+    spin: spin of the hole, negative where the disk is retrograde.
+    time: (n,) coordinate times at which the light left.
+    orbital: function of radii, dphi / dt of the disk's matter there.
+    opposite: function of samples, those of matter that circles the other way.
     """
 
     radius: Array
@@ -37,16 +45,87 @@ class DiskSamples(NamedTuple):
         return across / self.width, along / self.radius
 
 
-class Emission(Protocol):
-    """The emission of a disk."""
+class Emission(ABC):
+    """The emission of a disk: the base class of everything that makes a disk shine.
 
+    A subclass has a method `light`, and those of the other members that it needs.
+
+    Attributes
+    ----------
+    keeps_shape : bool
+        True for a pattern that moves by itself: `samples.azimuth` is then the azimuth where the light leaves the disk.
+        False for one that circles with the disk's matter: the azimuth is that of the matter at time 0.
+    symmetric : bool
+        True if the light is the same at all azimuths: then nothing on the disk moves while a picture is exposed.
+
+    Raises
+    ------
+    ValueError
+        When the picture is made, if `light` returns anything else.
+
+    Examples
+    --------
+    >>> import kerrcaustics as kc
+    >>> import numpy as np
+    >>> class Glow(kc.disks.Emission):
+    ...     symmetric = True
+    ...     def light(self, samples, beaming, colour_shift):
+    ...         return np.repeat(samples.radius[:, None] ** -3.0, 3, axis=1)
+    >>> kc.disks.Disk(6.0, 20.0, Glow()).opaque
+    True
+    """
+
+    keeps_shape: bool = False
+    symmetric: bool = False
+
+    @abstractmethod
     def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
-        """Linear sRGB light (n, 3), as intensity, toward the camera, averaged over the parts."""
-        ...
+        """Linear sRGB light (n, 3) toward the camera, averaged over parts of pixels.
+
+        Parameters
+        ----------
+        samples : DiskSamples
+            What the parts see of the disk.
+        beaming : bool
+            Multiply the intensity by the fourth power of `samples.redshift`.
+        colour_shift : bool
+            Shift spectra by `samples.redshift`.
+
+        Returns
+        -------
+        (n, 3) array
+            Intensity in any unit, finite and not negative. Where the redshift is NaN and a shift is asked for, any
+            number will do: the disk is dark there.
+        """
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
-        """Numbers of parts, in each direction, into which pixels must be divided for `light` to average well.
+        """Numbers of parts, in each direction, into which pixels must be divided for `light` to average well: two.
 
-        low, high (n, 2): between which across and azimuth lie; size (n, 2), how far these go in a pixel.
+        Parameters
+        ----------
+        low, high : (n, 2) arrays
+            Limits of across (0 at the inner rim, 1 at the outer one) and azimuth (radians) in each pixel.
+        size : (n, 2) array
+            Their changes over a pixel.
+
+        Returns
+        -------
+        (n,) array of int
+            Powers of two up to 16.
         """
-        ...
+        return np.full(len(low), 2)
+
+    def own_opacity(self, inner: Any, outer: float) -> Any:
+        """The opacity of a disk with these rims that is given no other; None for an opaque disk."""
+        return None
+
+
+def emitted_light(emission: Emission, samples: DiskSamples, shifts: Shifts) -> Float[Array, "n 3"]:
+    """The light (n, 3) of an emission; ValueError if its method `light` returns no light.
+
+    Where no matter can move as the disk does, light that is shifted is 0.
+    """
+    light = emission.light(samples, *shifts)
+    if any(shifts) and np.shape(light) == (len(samples.radius), 3):
+        light = np.where(np.isfinite(samples.redshift)[:, None], light, 0.0)
+    return checked_source_light("emission", emission, light, len(samples.radius))

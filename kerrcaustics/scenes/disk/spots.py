@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kerrcaustics.scenes.colour import ResponseLike, check_response, seen_black_body
-from kerrcaustics.scenes.disk.samples import DiskSamples
+from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
 from kerrcaustics.scenes.scene_checks import check_number, not_negative, positive
 from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.checks import numbers, one_of, quoted
@@ -39,7 +39,7 @@ class _Band(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Spots:
+class Spots(Emission):
     """Round spots on circular orbits, black bodies whose light falls off as a Gaussian; they keep their shape.
 
     Parameters

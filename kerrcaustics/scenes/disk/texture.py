@@ -3,14 +3,14 @@
 import math
 import os
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.scenes.colour import shifted_light
-from kerrcaustics.scenes.disk.samples import DiskSamples
+from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
 from kerrcaustics.scenes.light_files import read_picture_with_alpha, size_of
 from kerrcaustics.scenes.scene_checks import check_light
 from kerrcaustics.shapes import Float, Float32, Int
@@ -56,7 +56,7 @@ class Pyramid(NamedTuple):
         return self.values(1.0, (across, azimuth, np.ones(len(across)), np.zeros((len(across), 4))))
 
 
-class Texture:
+class Texture(Emission):
     """A picture on the disk: once round from left to right, the inner rim at the bottom and the outer one at the top.
 
     Parameters
@@ -133,6 +133,10 @@ class Texture:
         texels = np.maximum(size[:, 0] * self.shape[0], size[:, 1] * self.shape[1] / (2 * math.pi))
         return np.clip(2 ** np.ceil(np.log2(np.maximum(3 * texels, 1))), 4, _MOST_PARTS).astype(int)
 
+    def own_opacity(self, inner: Any, outer: float) -> "AlphaOpacity | None":
+        """The opacity by its alpha; None without one."""
+        return None if self.cover is None else AlphaOpacity(self, inner, outer)
+
 
 @dataclass(frozen=True, eq=False)
 class AlphaOpacity:
@@ -154,7 +158,7 @@ class AlphaOpacity:
         assert self.texture.cover is not None
         return as_part(self.texture.mean(self.texture.cover, samples._replace(azimuth=samples.azimuth - self.angle)))
 
-    def turned(self, angle: float) -> "AlphaOpacity":
+    def turned_by(self, angle: float) -> "AlphaOpacity":
         """The opacity turned by an angle (radians, toward larger phi)."""
         return replace(self, angle=self.angle + angle)
 

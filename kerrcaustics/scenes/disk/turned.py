@@ -1,7 +1,7 @@
 """Patterns of a disk and of a volume turned about the spin axis, as a camera at another azimuth sees them."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -9,22 +9,26 @@ import numpy as np
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.orbiting_spots import OrbitingSpots
 from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
+from kerrcaustics.scenes.disk.texture import AlphaOpacity
+from kerrcaustics.scenes.disk.volume import VolumeLaw
 from kerrcaustics.shapes import Float, Int
 
 Array = np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
-class TurnedEmission:
+class TurnedEmission(Emission):
     """The emission of a disk turned by an angle (radians, toward larger phi)."""
 
     emission: Emission
     angle: float
+    keeps_shape: bool = field(init=False)
+    symmetric: bool = field(init=False)
 
-    @property
-    def keeps_shape(self) -> bool:
-        """True for a pattern of spots, which circle without being sheared."""
-        return getattr(self.emission, "keeps_shape", False)
+    def __post_init__(self) -> None:
+        """Take over what the emission says about itself."""
+        object.__setattr__(self, "keeps_shape", self.emission.keeps_shape)
+        object.__setattr__(self, "symmetric", self.emission.symmetric)
 
     def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """Linear sRGB light (n, 3)."""
@@ -43,8 +47,8 @@ def turned_disk(disk: Disk, angle: float) -> Disk:
     if angle == 0:
         return disk
     opacity: Any = disk.opacity
-    if hasattr(opacity, "turned"):
-        opacity = opacity.turned(angle)
+    if isinstance(opacity, AlphaOpacity):
+        opacity = opacity.turned_by(angle)
     elif callable(opacity):
         opacity = lambda radius, azimuth: disk.opacity(radius, azimuth - angle)  # noqa: E731
     return replace(disk, emission=TurnedEmission(disk.emission, angle), opacity=opacity)
@@ -56,15 +60,15 @@ def turned_volume(volume: Any, angle: float) -> Any:
     if angle == 0 or volume.symmetric:
         return volume
     if isinstance(volume, OrbitingSpots):
-        return volume.turned(angle)
+        return volume.turned_by(angle)
     laws = {name: _turned_law(getattr(volume, name), angle) for name in ("density", "temperature", "colour")}
     return replace(volume, **laws)
 
 
 def _turned_law(law: Any, angle: float) -> Any:
     """A number, a grid, or a function of radius, theta and azimuth, turned."""
-    if hasattr(law, "turned"):
-        return law.turned(angle)
+    if isinstance(law, VolumeLaw):
+        return law.turned_by(angle)
     if not callable(law):
         return law
     return lambda radius, theta, azimuth: law(radius, theta, azimuth - angle)

@@ -15,7 +15,7 @@ from kerrcaustics.scenes.disk.march import Marched, Marching, marched_between
 from kerrcaustics.scenes.disk.orbiting_spots import OrbitingSpots
 from kerrcaustics.scenes.disk.volume import Volume
 from kerrcaustics.scenes.raster import Raster
-from kerrcaustics.scenes.sky_light import Shifts
+from kerrcaustics.scenes.sky import Shifts
 from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import instance_of

@@ -1,6 +1,7 @@
 """Matter that fills space round the hole: its density, temperature and motion."""
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass
@@ -31,7 +32,20 @@ VOLUME_MOTIONS = ("circular", "fiducial", "static")
 _MOST_CELLS = 512
 
 
-class VolumeGrid:
+class VolumeLaw(ABC):
+    """A law of a volume that is more than a function: it knows its symmetry, and can be turned."""
+
+    @property
+    @abstractmethod
+    def symmetric(self) -> bool:
+        """True if it is the same at all azimuths."""
+
+    @abstractmethod
+    def turned_by(self, angle: float) -> Any:
+        """The law turned by an angle (radians, toward larger phi)."""
+
+
+class VolumeGrid(VolumeLaw):
     """Numbers on a grid in space: cells of equal size in log r, theta and phi.
 
     Parameters
@@ -98,7 +112,7 @@ class VolumeGrid:
         """True if it is the same all round."""
         return self.shape[2] == 1
 
-    def turned(self, angle: float) -> "VolumeGrid":
+    def turned_by(self, angle: float) -> "VolumeGrid":
         """The grid turned about the spin axis by an angle (radians, toward larger phi)."""
         grid = copy(self)
         grid._turn += angle
@@ -269,7 +283,7 @@ class Volume:
     def symmetric(self) -> bool:
         """True if it is known to be the same all round: numbers, grids with one azimuth, laws that say so."""
         laws = self.density, self.temperature, self.colour
-        return all(getattr(law, "symmetric", not callable(law)) for law in laws)
+        return all(law.symmetric if isinstance(law, VolumeLaw) else not callable(law) for law in laws)
 
     @property
     def grids(self) -> tuple[VolumeGrid, ...]:
