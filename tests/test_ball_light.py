@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kerrcaustics as kc
-from kerrcaustics.light_curves.balls import Passes, Sights
+from kerrcaustics.light_curves.ball_passes import Passes, RayAims
 from kerrcaustics.light_curves.even_light import even_light
 
 MIDDLE = np.array([0.6, -0.48, 0.64])
@@ -46,7 +46,7 @@ def passes_at(place, mirrored):
     return Passes(
         sky=rays,
         time=np.zeros(n),
-        late=np.zeros(n),
+        time_deficit=np.zeros(n),
         place=SIZE * np.stack([place.real, place.imag], axis=-1),
         by_sky=np.array([linear @ frame @ np.stack(kc.tangent_basis(ray)).T for ray in rays]),
         by_time=np.zeros((n, 2)),
@@ -59,12 +59,13 @@ def passes_at(place, mirrored):
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.stand_ins
 def test_the_area_of_an_image_does_not_depend_on_derivatives(mirrored):
-    def brought(sights, aim):
+    def rays_through(aims, aim):
         return passes_at((aim[:, 0] + 1j * aim[:, 1]) / SIZE, mirrored), np.ones(len(aim), bool)
 
-    ball = SimpleNamespace(size=SIZE, passes=lambda sights: passes_at(np.zeros(1, complex), mirrored), brought=brought)
-    sights = Sights(MIDDLE[None], np.zeros(1), np.zeros(1), np.zeros(1, bool), np.zeros((1, 2, 3)))
-    flux, error, even = even_light(ball, sights)
+    ball = SimpleNamespace(size=SIZE, passes=lambda aims: passes_at(np.zeros(1, complex), mirrored))
+    ball.rays_through = rays_through
+    aims = RayAims(MIDDLE[None], np.zeros(1), np.zeros(1), np.zeros(1, bool), np.zeros((1, 2, 3)))
+    flux, error, even = even_light(ball, aims)
     # Gauss' formula over the disc.
     nodes, weights = np.polynomial.legendre.leggauss(20)
     radius, angle = np.sqrt((1 + nodes) / 2), np.arange(40) * math.pi / 20

@@ -22,11 +22,25 @@ CELLS = [
 ]
 
 
+def _distance(place, others):
+    """Angles (n,) from a place on a sphere to others."""
+    (theta, phi), (other_theta, other_phi) = place, others.T
+    cosine = math.cos(theta) * np.cos(other_theta)
+    return np.arccos(np.clip(cosine + math.sin(theta) * np.sin(other_theta) * np.cos(other_phi - phi), -1, 1))
+
+
 def across_a_fold(viewer, end, width):
-    """Two places on both sides of the caustic of order 2, far from its cusps and ends."""
-    caustic = next(c for c in kc.caustics(viewer, 2, end=end) if c.order == 2)
+    """Two places on both sides of the caustic of order 2, far from its cusps and ends, and from other caustics."""
+    caustics = kc.caustics(viewer, 3, end=end)
+    caustic = next(c for c in caustics if c.order == 2)
     plane = isinstance(end, kc.EquatorialPlane)
     middle = len(caustic.place) // 3
+    if not plane:
+        others = np.concatenate([c.place for c in caustics if c.order != 2])
+        alone = np.array([_distance(here, others).min() for here in caustic.place])
+        cusps = np.array([cusp.celestial for cusp in caustic.cusps]).reshape(-1, 2)
+        alone = np.minimum(alone, [_distance(here, cusps).min(initial=9.0) for here in caustic.place])
+        middle = 1 + int(np.argmax(alone[1:-1]))
     before, here, after = caustic.place[middle - 1 : middle + 2]
     # A length along phi' by one along the other coordinate.
     scale = here[0] if plane else math.sin(here[0])

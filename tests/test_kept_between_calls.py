@@ -11,7 +11,7 @@ import kerrcaustics as kc
 SPIN, RADIUS = 0.51237, 10.0321
 STAR, SPOT = (1.0, 2.0), (8.0, 2.0)
 # Of lines a search takes several sets.
-LINES = "kerrcaustics.lens_map.sky_lines._kept"
+LINES = "kerrcaustics.lens_map.sky_lines._cached_edge"
 
 
 def camera(velocity, inclination=math.pi / 2):

@@ -59,7 +59,7 @@ def made_track(index, radius, events=()):
 
 def made_event(kind, point_of_ring, radius):
     sky = ring(radius, 60)[point_of_ring]
-    return PairEvent(SKY, kind, (1.0, 0.0), sky, 2, (1, 2), *[0.0] * 6, False, False, ())
+    return PairEvent(kind, 2, 0.0, 0.0, sky, SKY, (1.0, 0.0), (1, 2), *[0.0] * 5, False, False, ())
 
 
 def made_tracks():
