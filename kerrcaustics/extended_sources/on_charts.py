@@ -1,4 +1,4 @@
-"""The images of a uniform disc on a sphere within the viewer's radius, or in the equatorial plane, with a certificate.
+"""The images of a uniform disc on any surface, with a certificate.
 
 Their boundaries are contours on charts in which the map is smooth: the limb of the disc, the rim, where both arrivals
 at a sphere meet, and the last critical curve.
@@ -13,6 +13,7 @@ from kerrcaustics.beams.ends import End
 from kerrcaustics.curves.critical_curves import CriticalCurves
 from kerrcaustics.extended_sources.arcs import with_ends
 from kerrcaustics.extended_sources.area import (
+    Weight,
     closed,
     flat_from_hole,
     turns_about,
@@ -22,11 +23,11 @@ from kerrcaustics.extended_sources.chart_arcs import LIMB, ChartArcs, arcs_along
 from kerrcaustics.extended_sources.contours import contours
 from kerrcaustics.extended_sources.measured_disc import MeasuredDisc, summed
 from kerrcaustics.extended_sources.nearby_caustics import curves_near
-from kerrcaustics.extended_sources.patches import Disc, Patch, patches_in_plane, patches_within
+from kerrcaustics.extended_sources.patches import Disc, Patch, patches_in_plane, patches_on_sphere
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.circle_arcs import arcs_of
 from kerrcaustics.images.sheets import bounding_curves
-from kerrcaustics.lens_map.domains import Ring, TwoLeaves, domain_of
+from kerrcaustics.lens_map.domains import OneLeaf, Ring, domain_of
 from kerrcaustics.lens_map.search_sky import search_camera, search_sky
 from kerrcaustics.results.progress import in_steps
 from kerrcaustics.shapes import Bool, Float
@@ -56,7 +57,14 @@ class _Witnesses(Rows):
 
 
 def measured_on_charts(
-    viewer: Viewer, surface: End, centre: Float[Array, " axes"], size: float, max_index: int, *, nested: bool = False
+    viewer: Viewer,
+    surface: End,
+    centre: Float[Array, " axes"],
+    size: float,
+    max_index: int,
+    weight: Weight | None = None,
+    *,
+    nested: bool = False,
 ) -> MeasuredDisc:
     """The images of a disc; parameters as for `measured`."""
     disc = Disc(surface, centre, size)
@@ -73,7 +81,7 @@ def measured_on_charts(
     camera = search_camera(viewer)
     witnesses, unsure = _witnesses(viewer, disc, max_index, curves, _CIRCLES[: 1 if nested else None])
     faults += [*unsure, *_checked(camera, patches, parts, max_index, witnesses)]
-    whole = _summed(viewer, disc, max_index, parts)
+    whole = _summed(viewer, disc, max_index, parts, weight)
     return whole.doubted(doubts, faults)
 
 
@@ -83,9 +91,9 @@ def _patches(viewer: Viewer, disc: Disc, max_index: int) -> tuple[list[Patch], C
     domain = domain_of(disc.surface.bare(), camera)
     if isinstance(domain, Ring):
         return patches_in_plane(domain, disc, max_index), None
-    assert isinstance(domain, TwoLeaves)
+    assert isinstance(domain, OneLeaf)
     curves = curves_near(bounding_curves(camera, max_index, domain.surface), Circle.about(disc.centre, disc.size))
-    return patches_within(domain, curves, disc, max_index), curves
+    return patches_on_sphere(domain, curves, disc, max_index), curves
 
 
 def touching_radii_on_charts(
@@ -106,7 +114,7 @@ def _signs(arcs: ChartArcs, index: int | None, max_index: int) -> Float[Array, "
     return np.where(~ordinary | (of == index), sign, 0.0) * arcs.sign
 
 
-def _summed(viewer: Viewer, disc: Disc, max_index: int, parts: list[ChartArcs]) -> MeasuredDisc:
+def _summed(viewer: Viewer, disc: Disc, max_index: int, parts: list[ChartArcs], weight: Weight | None) -> MeasuredDisc:
     """The areas within all arcs."""
     first, numbered = 0, []
     for part in parts:
@@ -121,6 +129,7 @@ def _summed(viewer: Viewer, disc: Disc, max_index: int, parts: list[ChartArcs]) 
         whole.arcs,
         lambda index: _signs(whole, index, max_index),
         max_index,
+        weight,
     )
 
 

@@ -1,8 +1,8 @@
 """Charts of the search sky on which light comes from a disc, however it arrives: the map is smooth in them.
 
-On a sphere within the viewer's radius each arrival has its chart, the lines of domains.py: they share the rim, where
-the sky is folded and the charts are not. In the equatorial plane there is one: lines between two circles that hold the
-disc.
+On a sphere the charts are the lines of domains.py. One that rays reach once has one chart. Within the viewer's radius
+each arrival has its own: they share the rim, where the sky is folded and the charts are not. In the equatorial plane
+there is one: lines between two circles that hold the disc.
 """
 
 import math
@@ -16,7 +16,7 @@ from kerrcaustics.beams.ends import End, EquatorialPlane
 from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.curves.critical_curves import CriticalCurves
 from kerrcaustics.lens_map.circles_in_plane import Circles
-from kerrcaustics.lens_map.domains import Ring, TwoLeaves
+from kerrcaustics.lens_map.domains import OneLeaf, Ring
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.lens_map.sky_lines import lines_across, periodic
 from kerrcaustics.numerics.splines import Spline
@@ -148,17 +148,15 @@ class Patch:
         )
 
 
-def patches_within(domain: TwoLeaves, curves: CriticalCurves, disc: Disc, max_index: int) -> list[Patch]:
-    """The charts of both arrivals, as far as the last of the curves."""
+def patches_on_sphere(domain: OneLeaf, curves: CriticalCurves, disc: Disc, max_index: int) -> list[Patch]:
+    """The charts of all arrivals, as far as the last of the curves."""
     camera, surface = domain.camera, domain.surface
     frame = camera.frame()
+    phases = _TURN * np.arange(_LINES) / _LINES
     last = float(curves.curves[-1].points.depth.max()) + _BEYOND
 
     def sky(phase: Array, depth: Array) -> Array:
         return sky_from_line_of_sight(frame, domain.line_of_sight(phase, depth)[0])
-
-    if not domain.has_rim:
-        return [Patch(camera, disc, surface, max_index, sky, 0.0, last)]
 
     def falling(phase: Array, height: Array) -> Array:
         return sky(phase, height * domain.rim(phase))
@@ -166,7 +164,12 @@ def patches_within(domain: TwoLeaves, curves: CriticalCurves, disc: Disc, max_in
     def rising(phase: Array, height: Array) -> Array:
         return sky(phase, height + domain.rim(phase))
 
-    phases = _TURN * np.arange(_LINES) / _LINES
+    def once(phase: Array, height: Array) -> Array:
+        return sky(phase, height + domain.first(phase))
+
+    if not domain.has_rim:
+        rim, deepest = -1 if domain.level else 0, last - float(domain.first(phases).min())
+        return [Patch(camera, disc, surface, max_index, once, 0.0, deepest, rim)]
     beyond = max(last - float(domain.rim(phases).min()), _BEYOND)
     second = surface.at_second_arrival()
     return [

@@ -56,6 +56,15 @@ class OneLeaf:
     unbounded: bool = False
 
     @property
+    def has_rim(self) -> bool:
+        """True if some rays meet the sphere twice."""
+        return False
+
+    def rim(self, edge_phase: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
+        """Depth of the rim, if there is one."""
+        raise NotImplementedError
+
+    @property
     def falls(self) -> bool:
         """True if the rays that reach the surface fall in: those of the first arrival within the camera's radius."""
         return False
