@@ -9,8 +9,10 @@ import kerrcaustics as kc
 from kerrcaustics.beams.ends import Sphere, end_of
 from kerrcaustics.extended_sources.on_charts import measured_on_charts
 from kerrcaustics.extended_sources.on_sheets import measured_on_sheets
+from kerrcaustics.scripts import STUDIES
 from kerrcaustics.spacetime.sphere import from_angles
 
+TWIN = STUDIES.module("extended_sources.twin")
 # Relative difference of both areas that rounding explains, where the errors are smaller still.
 ROUNDING = 1e-11
 # Spin, radius, size of the disc, highest Morse index: near, far and farthest.
@@ -42,6 +44,18 @@ def test_sheets_and_charts_agree_on_a_sphere_of_the_viewers_radius():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("place", [(1.25, 0.05), (1.3, 0.01)])
+def test_disc_about_the_viewer_on_the_viewers_sphere_is_the_sum_over_rays(place):
+    """The sky is cut off where rays leave horizontally: the charts have this edge, and the sheets leave it to them."""
+    viewer, size = kc.Camera(0.9, 12.0, 1.3, "fiducial"), 0.2
+    seen = kc.magnification(viewer, place, size * 12.0, max_index=1, end=12.0)
+    sheets = measured_on_sheets(viewer, Sphere(12.0), from_angles(*place), size, 1, None)
+    assert seen.certified and sheets.remarks == ("the viewer lies within the disc",)
+    expected, error = TWIN.summed(viewer, from_angles(*place), size, 1, surface=Sphere(12.0))
+    assert abs(seen.total - expected) < 3 * error + 5e-4 * expected
+
+
+@pytest.mark.slow
 def test_sheets_and_charts_agree_on_random_discs():
     chance, differences = np.random.default_rng(1), []
     for _ in range(60):
@@ -58,3 +72,14 @@ def test_sheets_and_charts_agree_on_random_discs():
         differences.append(assert_methods_agree(viewer, surface, centre, size, max_index))
     # Most differences are far below the errors: these are bounds.
     assert np.median(differences) < ROUNDING
+
+
+@pytest.mark.slow
+def test_disc_that_the_sheets_leave_in_doubt_is_left_to_the_charts():
+    viewer, place, size, max_index = kc.Camera(0.505, 31.88, 1.508, "fiducial"), (1.727435402, 8.451490241), 4.29e-5, 2
+    sheets = measured_on_sheets(viewer, end_of(viewer, math.inf), from_angles(*place), size, max_index, None)
+    seen = kc.magnification(viewer, place, size, max_index=max_index)
+    assert not sheets.certified and seen.certified and seen.error < 1e-6 * seen.total
+    # The light of a disc between others of nearly its size.
+    beside = [kc.magnification(viewer, place, size * (1 + step), max_index=max_index) for step in (-1e-3, 1e-3)]
+    assert beside[0].total * (1 - 1e-3) ** 2 < seen.total < beside[1].total * (1 + 1e-3) ** 2

@@ -19,7 +19,7 @@ from kerrcaustics.extended_sources.arcs import (
 )
 from kerrcaustics.extended_sources.chart_curves import on_curves
 from kerrcaustics.extended_sources.contours import Contours, Steps
-from kerrcaustics.extended_sources.patches import FROM_RIM, Patch
+from kerrcaustics.extended_sources.patches import Patch
 from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import lengths
@@ -168,8 +168,7 @@ def _rim(patch: Patch, height: float, phase: Array, numbers: Array, index: int) 
     sky = patch.lines(at.ravel(), np.full(at.size, height)).reshape(*at.shape, 3)
     points, check = sky[:, : len(NODES)], sky[:, len(NODES) : -2]
     size = lengths(along(DERIVATIVE, points)) @ WEIGHTS
-    # What lies between the chart and the rim is narrower than this part of its distance from the hole.
-    off = (lengths(along(_TO_CHECK, points) - check).max(axis=1) + FROM_RIM**2) * size
+    off = (lengths(along(_TO_CHECK, points) - check).max(axis=1) + patch.gap) * size
     arcs = BoundaryArcs(np.full(count, index), numbers[:-1], numbers[1:], sky[:, -2], sky[:, -1], points, off)
     # Above the lower side of a chart the disc lies to the left, below the upper one to the right.
     sign = np.full(count, -patch.rim * patch.sense)

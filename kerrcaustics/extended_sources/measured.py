@@ -1,4 +1,6 @@
-"""The images of a uniform disc, by the method that its surface asks for."""
+"""The images of a uniform disc: by the sheet method where that serves, else or in doubt by the chart method."""
+
+from collections.abc import Callable
 
 import numpy as np
 
@@ -32,7 +34,7 @@ def measured(
     *,
     nested: bool = False,
 ) -> MeasuredDisc:
-    """The images of a disc.
+    """The images of a disc, by the first method that certifies them.
 
     Where its limb touches a caustic, discs that are a little smaller and larger are measured instead: the area grows
     with the disc, so that it lies between theirs.
@@ -52,14 +54,36 @@ def measured(
     nested : bool
         True for a disc within one that has been measured: in the plane fewer places in it are checked.
     """
-    here = _measured(viewer, surface, centre, angle, max_index, weight, nested)
-    if here.certified or GIVEN_UP in here.remarks:
-        return here
+
+    def sheet_method(radius: float) -> MeasuredDisc:
+        return measured_on_sheets(viewer, surface, centre, radius, max_index, weight).doubted_if_unknown()
+
+    def chart_method(radius: float) -> MeasuredDisc:
+        disc = measured_on_charts(viewer, surface, centre, radius, max_index, weight, nested=nested)
+        return disc.doubted_if_unknown()
+
+    # The methods know nothing of each other, so that what one cannot follow the other one may.
+    follows = certificate_of(surface, viewer, max_index).follows
+    doubtful: dict[Callable[[float], MeasuredDisc], MeasuredDisc] = {}
+    for method in (sheet_method, chart_method) if follows else (chart_method,):
+        doubtful[method] = method(angle)
+        if doubtful[method].certified:
+            return doubtful[method]
+    for method, here in doubtful.items():
+        if GIVEN_UP not in here.remarks:
+            best = _between_neighbours(method, here)
+            if best.certified:
+                return best
+    return next(iter(doubtful.values()))
+
+
+def _between_neighbours(method: Callable[[float], MeasuredDisc], here: MeasuredDisc) -> MeasuredDisc:
+    """The disc between certified ones that are a little smaller and larger; the disc itself if there are none."""
     best = here
     for part in in_steps("discs beside that of the source", (_NEAREST, *_BESIDE)):
-        low = high = _measured(viewer, surface, centre, angle * (1 - part), max_index, weight, nested)
+        low = high = method(here.angle * (1 - part))
         if low.certified:
-            high = _measured(viewer, surface, centre, angle * (1 + part), max_index, weight, nested)
+            high = method(here.angle * (1 + part))
         if high.certified:
             best = here.between(low, high)
         # The nearest ones are close enough; of the others, the largest are known first.
@@ -87,17 +111,3 @@ def kinks(
 def sphere_scale(surface: End) -> float:
     """The length along a sphere that a radian stands for: 1 on the celestial sphere, and in the plane."""
     return float(surface.radius) if isinstance(surface, Sphere) else 1.0
-
-
-def _measured(
-    viewer: Viewer,
-    surface: End,
-    centre: Float[np.ndarray, " axes"],
-    angle: float,
-    max_index: int,
-    weight: Weight | None,
-    nested: bool,
-) -> MeasuredDisc:
-    if certificate_of(surface, viewer, max_index).follows:
-        return measured_on_sheets(viewer, surface, centre, angle, max_index, weight).doubted_if_unknown()
-    return measured_on_charts(viewer, surface, centre, angle, max_index, nested=nested).doubted_if_unknown()

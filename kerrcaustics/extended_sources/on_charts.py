@@ -34,6 +34,7 @@ from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.circles import Circle
 from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.rows import Rows
+from kerrcaustics.spacetime.sphere import angle_between, from_angles
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -148,7 +149,11 @@ def _witnesses(
     certificate = certificate_of(surface, viewer, max_index)
     places = _probes(disc, circles)
     searched = certificate.searched(places)
-    sure, height = searched.certified, disc.height(surface.vectors(places))
+    vectors = surface.vectors(places)
+    sure, height = searched.certified, disc.height(vectors)
+    if certificate.domain.level:
+        # The viewer's own place is seen all along the rim.
+        sure = sure & (angle_between(vectors, from_angles(viewer.inclination, 0.0)) > _MARGIN * disc.size)
     remarks = []
     if not (sure & (height < 0)).any():
         remarks.append("no place within the disc has certified images")

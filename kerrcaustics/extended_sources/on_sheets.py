@@ -28,7 +28,7 @@ from kerrcaustics.lens_map.search_sky import SearchSky, search_sky
 from kerrcaustics.level_curves.branches import Branches
 from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.circles import Circle
-from kerrcaustics.spacetime.sphere import moved
+from kerrcaustics.spacetime.sphere import from_angles, moved
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -82,8 +82,16 @@ def measured_on_sheets(
     area = 4 * math.pi * math.sin(angle / 2) ** 2
     disc = summed(sky, hole, (angle, area), whole, signs, max_index, weight)
     probes = limb.probes or _Probes.searched_for(sheets, rim)
-    wrong = _checked(sheets, disc.arcs, disc.sign, probes)
+    wrong = _checked(sheets, disc.arcs, disc.sign, probes) + _about_viewer(sheets, rim)
     return disc.doubted(limb.doubts, limb.faults + lost + wrong)
+
+
+def _about_viewer(sheets: Sheets, rim: Circle) -> tuple[str, ...]:
+    """The fault of a disc about the viewer on the viewer's own sphere: its image ends where rays leave horizontally."""
+    place = from_angles(sheets.camera.inclination, 0.0)
+    if not sheets.curves.domain.level or rim.height(place[None])[0] < 0:
+        return ()
+    return ("the viewer lies within the disc",)
 
 
 @dataclass(frozen=True, eq=False)

@@ -98,7 +98,8 @@ class Patch:
     """A chart of directions by edge phase and height, on which light arrives from a disc.
 
     low, high: range of heights; rim: -1 if the lower one is the rim, 1 if the upper one is, 0 if neither is;
-    open_ended: whether the chart goes on beyond both.
+    open_ended: whether the chart goes on beyond both; gap: width of the sky between the chart and the rim, as a part of
+    the rim's distance from the hole.
     """
 
     camera: Viewer
@@ -110,6 +111,7 @@ class Patch:
     high: float
     rim: int = 0
     open_ended: bool = False
+    gap: float = FROM_RIM**2
 
     @property
     def second_arrival(self) -> bool:
@@ -169,7 +171,7 @@ def patches_on_sphere(domain: OneLeaf, curves: CriticalCurves, disc: Disc, max_i
 
     if not domain.has_rim:
         rim, deepest = -1 if domain.level else 0, last - float(domain.first(phases).min())
-        return [Patch(camera, disc, surface, max_index, once, 0.0, deepest, rim)]
+        return [Patch(camera, disc, surface, max_index, once, 0.0, deepest, rim, gap=domain.gap)]
     beyond = max(last - float(domain.rim(phases).min()), _BEYOND)
     second = surface.at_second_arrival()
     return [

@@ -96,7 +96,12 @@ class OneLeaf:
         if not self.level:
             return np.zeros_like(edge_phase)
         reach = sky_lines.wide_reach(self.camera, edge_phase, self.zoom)
-        return -np.log((reach - np.pi / 2 - max(_BELOW, _ROUNDING / self.zoom)) / reach)
+        return -np.log((reach - np.pi / 2 - self.gap) / reach)
+
+    @property
+    def gap(self) -> float:
+        """Angle below the horizontal at which lines begin on a sphere of the camera's radius, radians."""
+        return max(_BELOW, _ROUNDING / self.zoom)
 
     def line_of_sight(self, edge_phase: HostParts, depth: HostParts) -> tuple[HostVectors, Bool[Array, "*batch"]]:
         """Lines of sight (..., 3), and whether they stand for the second arrival; both arguments are broadcast."""
@@ -174,6 +179,7 @@ class Ring:
 
     camera: Viewer
     surface: EquatorialPlane
+    level: ClassVar[bool] = False
     unbounded: ClassVar[bool] = False
     falls: ClassVar[bool] = True
 
