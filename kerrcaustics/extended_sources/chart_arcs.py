@@ -12,9 +12,10 @@ from kerrcaustics.extended_sources.arcs import (
     GUESSED,
     NODES,
     WEIGHTS,
+    Attempt,
     BoundaryArcs,
     along,
-    is_lost,
+    arcs_by_halving,
     values_at,
 )
 from kerrcaustics.extended_sources.chart_curves import on_curves
@@ -62,22 +63,25 @@ class ChartArcs(Rows):
 
 def arcs_along(patch: Patch, outline: Contours, wanted: float) -> ChartArcs:
     """Arcs along the steps of contours; wanted: error of the area, roughly, as a part of it."""
-    steps, parts, area = outline.steps, [_none()], 0.0
-    first, bad = outline.last_node + 1, []
-    for halving in range(_MOST_HALVINGS + 1):
-        if not len(steps):
-            break
+    if not len(outline.steps):
+        return _none()
+    area = 0.0
+
+    def attempt(steps: Steps) -> Attempt[Steps, ChartArcs]:
+        nonlocal area
         arcs, off, noise, middle = _polynomials(patch, steps)
         size = lengths(along(DERIVATIVE, arcs.arcs.points)) @ WEIGHTS
         area = area or float((size.sum() / 2) ** 2 / len(steps))
         good = (off <= wanted * area / len(steps)) | (off <= _ROUND_OFF * noise)
         good &= noise < size**2
-        bad.append(int((~good).sum()))
-        kept = good | (halving == _MOST_HALVINGS) | is_lost(bad) | (bad[-1] > _MOST_ARCS)
         doubtful = (~good & ~(arcs.arcs.error <= _SMALL * area)).astype(int)
-        parts.append(replace(arcs, doubtful=doubtful)[kept])
-        steps, first = _halved(steps[~kept], middle[~kept], first)
-    return parts[0].joined(*parts[1:])
+        return Attempt(
+            replace(arcs, doubtful=doubtful),
+            good,
+            lambda chosen, first: _halved(steps[chosen], middle[chosen], first),
+        )
+
+    return arcs_by_halving(outline.steps, attempt, outline.last_node + 1, _MOST_HALVINGS, _MOST_ARCS)[0]
 
 
 def _polynomials(
@@ -108,11 +112,10 @@ def _side(patch: Patch, steps: Steps, slope: Float[Array, "steps parts"]) -> Flo
     return np.where(steps.order == LIMB, -rising, parity * rising)
 
 
-def _halved(steps: Steps, middle: Float[Array, "steps 2"], first: int) -> tuple[Steps, int]:
-    """Both halves of steps, and the next number of a node."""
+def _halved(steps: Steps, middle: Float[Array, "steps 2"], first: int) -> Steps:
+    """Both halves of steps; first: number of the first new node."""
     new = first + np.arange(len(steps))
-    halves = replace(steps, right=new, stop=middle).joined(replace(steps, left=new, start=middle))
-    return halves, first + len(steps)
+    return replace(steps, right=new, stop=middle).joined(replace(steps, left=new, start=middle))
 
 
 def _none() -> ChartArcs:

@@ -6,16 +6,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams.ends import End, EquatorialPlane, Wherever
+from kerrcaustics.beams.ends import End, Wherever
 from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.extended_sources.area import Weight
-from kerrcaustics.extended_sources.measured import kinks, measured, sphere_scale
+from kerrcaustics.extended_sources.measured import kinks, measured
 from kerrcaustics.extended_sources.measured_disc import MeasuredDisc, outline_of
 from kerrcaustics.extended_sources.nested_discs import RoundSource, integrated
 from kerrcaustics.extended_sources.patches import Disc
 from kerrcaustics.extended_sources.profiles import Brightness, Profile, checked_profile
 from kerrcaustics.lens_map.arguments import checked_index, checked_place, direct_remarks
-from kerrcaustics.lens_map.domains import search_surface
+from kerrcaustics.lens_map.domains import domain_of, search_surface
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.results.shown import Shown
@@ -294,8 +294,8 @@ def _weight(power: object, viewer: Viewer, surface: End) -> Weight | None:
 def _checked_size(size: object, place: tuple[float, float], viewer: Viewer, surface: End) -> float:
     """The radius of a source: an angle, radians; in the plane a length."""
     number = real_number("size", size)
-    scale, largest = sphere_scale(surface), _LARGEST
-    in_plane = isinstance(surface, EquatorialPlane)
+    domain, largest = domain_of(surface, viewer), _LARGEST
+    scale, in_plane = domain.radian_length, domain.in_plane
     if in_plane:
         # Within rounding all of the disc lies outside the horizon.
         scale = place[0] - kerr.horizon(viewer.spin)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kerrcaustics.beams.ends import End, Sphere
+from kerrcaustics.beams.ends import End
 from kerrcaustics.extended_sources.area import Weight
 from kerrcaustics.extended_sources.contours import GIVEN_UP
 from kerrcaustics.extended_sources.measured_disc import MeasuredDisc
@@ -106,8 +106,3 @@ def kinks(
     radii = radii[radii < (1 + _APART) * angle]
     radii = np.select([radii < _APART * angle, radii > (1 - _APART) * angle], [0.0, angle], radii)
     return radii[np.concatenate([[True], np.diff(radii) > _APART * angle])[: len(radii)]]
-
-
-def sphere_scale(surface: End) -> float:
-    """The length along a sphere that a radian stands for: 1 on the celestial sphere, and in the plane."""
-    return float(surface.radius) if isinstance(surface, Sphere) else 1.0

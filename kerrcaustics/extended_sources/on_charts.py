@@ -27,7 +27,7 @@ from kerrcaustics.extended_sources.patches import Disc, Patch, patches_in_plane,
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.circle_arcs import arcs_of
 from kerrcaustics.images.sheets import bounding_curves
-from kerrcaustics.lens_map.domains import OneLeaf, Ring, domain_of
+from kerrcaustics.lens_map.domains import Ring, domain_of
 from kerrcaustics.lens_map.search_sky import search_camera, search_sky
 from kerrcaustics.results.progress import in_steps
 from kerrcaustics.shapes import Bool, Float
@@ -90,9 +90,8 @@ def _patches(viewer: Viewer, disc: Disc, max_index: int) -> tuple[list[Patch], C
     """The charts of a disc, and on spheres the critical curves."""
     camera = search_camera(viewer)
     domain = domain_of(disc.surface.bare(), camera)
-    if isinstance(domain, Ring):
+    if domain.in_plane:
         return patches_in_plane(domain, disc, max_index), None
-    assert isinstance(domain, OneLeaf)
     curves = curves_near(bounding_curves(camera, max_index, domain.surface), Circle.about(disc.centre, disc.size))
     return patches_on_sphere(domain, curves, disc, max_index), curves
 
@@ -151,7 +150,8 @@ def _witnesses(
     searched = certificate.searched(places)
     vectors = surface.vectors(places)
     sure, height = searched.certified, disc.height(vectors)
-    if certificate.domain.level:
+    domain = certificate.domain
+    if domain.level:
         # The viewer's own place is seen all along the rim.
         sure = sure & (angle_between(vectors, from_angles(viewer.inclination, 0.0)) > _MARGIN * disc.size)
     remarks = []
@@ -159,7 +159,7 @@ def _witnesses(
         remarks.append("no place within the disc has certified images")
     images = searched.images[sure[searched.images.star]]
     witnesses = _Witnesses(images.sky, height[images.star] < 0, images.second_arrival)
-    critical = _of_curves(disc, curves, max_index) if curves else _of_folds(viewer, disc, max_index, circles)
+    critical = _of_folds(domain, disc, max_index, circles) if domain.in_plane else _of_curves(disc, curves, max_index)
     return witnesses.joined(critical), remarks
 
 
@@ -185,8 +185,9 @@ def _probes(disc: Disc, circles: Float[Array, " circles"]) -> Float[Array, "plac
     return places[np.abs(height) > _MARGIN * disc.size]
 
 
-def _of_curves(disc: Disc, curves: CriticalCurves, max_index: int) -> _Witnesses:
+def _of_curves(disc: Disc, curves: CriticalCurves | None, max_index: int) -> _Witnesses:
     """Points of critical curves between images, which lie within these if the caustic does within the disc."""
+    assert curves is not None
     parts = []
     for curve in curves.curves[:max_index]:
         points = curve.points
@@ -196,10 +197,9 @@ def _of_curves(disc: Disc, curves: CriticalCurves, max_index: int) -> _Witnesses
     return _chosen(disc, parts)
 
 
-def _of_folds(viewer: Viewer, disc: Disc, max_index: int, circles: Float[Array, " circles"]) -> _Witnesses:
+def _of_folds(domain: Ring, disc: Disc, max_index: int, circles: Float[Array, " circles"]) -> _Witnesses:
     """The same in the plane, on some circles about the hole."""
-    domain, parts = domain_of(disc.surface, viewer), []
-    assert isinstance(domain, Ring)
+    parts: list[tuple[Array, Array, Array]] = []
     radius = math.hypot(*disc.centre)
     for part in circles.tolist():
         arcs = arcs_of(domain, radius + part * disc.size)

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from kerrcaustics.beams.ends import End, EquatorialPlane
+from kerrcaustics.beams.ends import End
 from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.curves.critical_curves import CriticalCurves
 from kerrcaustics.lens_map.circles_in_plane import Circles
@@ -184,7 +184,6 @@ def patches_in_plane(domain: Ring, disc: Disc, max_index: int) -> list[Patch]:
     """The chart of the lines between two circles about the hole that hold the disc; ValueError if they are not seen."""
     radius, horizon = float(lengths(disc.centre)), kerr.horizon(domain.camera.spin)
     nearest, around = radius - disc.size, max(_AROUND * disc.size, _LEAST_AROUND * (radius - horizon))
-    assert isinstance(domain.surface, EquatorialPlane)
     radii = np.array([max(radius - around, horizon + _FROM_HORIZON * (nearest - horizon)), radius + around])
     for many in (False, True):
         circles = domain.circles(many=many)

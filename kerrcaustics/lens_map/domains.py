@@ -11,7 +11,7 @@ reached in a ring about the shadow edge (circles_in_plane.py).
 import math
 from dataclasses import dataclass
 from functools import lru_cache, singledispatch
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -54,6 +54,12 @@ class OneLeaf:
     surface: Spherical
     level: bool = False
     unbounded: bool = False
+    in_plane: ClassVar[Literal[False]] = False
+
+    @property
+    def radian_length(self) -> float:
+        """Length along the surface for which a radian stands, in M: 1 on the celestial sphere."""
+        return float(self.surface.radius) if self.surface.finite else 1.0
 
     @property
     def has_rim(self) -> bool:
@@ -179,9 +185,11 @@ class Ring:
 
     camera: Viewer
     surface: EquatorialPlane
+    in_plane: ClassVar[Literal[True]] = True
     level: ClassVar[bool] = False
     unbounded: ClassVar[bool] = False
     falls: ClassVar[bool] = True
+    radian_length: ClassVar[float] = 1.0
 
     def check(self) -> None:
         """Raise ValueError for cameras in the plane."""
