@@ -37,6 +37,11 @@ def test_sheets_and_charts_agree(spin, radius, size, max_index):
     assert_methods_agree(viewer, end_of(viewer, math.inf), from_angles(1.2, 2.7), size, max_index)
 
 
+def test_sheets_and_charts_agree_where_the_direction_away_from_the_hole_shows_the_disc():
+    viewer = kc.Camera(0.9, 12.0, 1.3, "fiducial")
+    assert_methods_agree(viewer, end_of(viewer, math.inf), from_angles(1.3, 0.02), 0.1, 0)
+
+
 @pytest.mark.slow
 def test_sheets_and_charts_agree_on_a_sphere_of_the_viewers_radius():
     viewer = kc.Camera(0.9, 12.0, 1.3, "fiducial")

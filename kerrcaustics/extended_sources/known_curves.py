@@ -67,7 +67,7 @@ def refined(
         Error of the whole area, square radians.
     """
 
-    def attempt(pieces: _Pieces) -> Attempt[_Pieces, BoundaryArcs]:
+    def attempt(pieces: _ParameterRanges) -> Attempt[_ParameterRanges, BoundaryArcs]:
         rays = traced(pieces.low, pieces.high)
         if rays is None:
             raise _LostPointsError
@@ -85,7 +85,7 @@ def refined(
         return Attempt(BoundaryArcs(pieces.index, *ends, points, miss + floor), good, pieces.halves)
 
     try:
-        return arcs_by_halving(_Pieces(index, low, high, left, right), attempt, first, _MOST_HALVINGS)[0]
+        return arcs_by_halving(_ParameterRanges(index, low, high, left, right), attempt, first, _MOST_HALVINGS)[0]
     except _LostPointsError:
         return None
 
@@ -95,7 +95,7 @@ class _LostPointsError(Exception):
 
 
 @dataclass(frozen=True)
-class _Pieces(Rows):
+class _ParameterRanges(Rows):
     """Pieces of a curve.
 
     index: As for `BoundaryArcs`.
@@ -109,7 +109,7 @@ class _Pieces(Rows):
     left: Int[Array, " arcs"]
     right: Int[Array, " arcs"]
 
-    def halves(self, chosen: Bool[Array, " arcs"], first: int) -> "_Pieces":
+    def halves(self, chosen: Bool[Array, " arcs"], first: int) -> "_ParameterRanges":
         """Both halves of the chosen pieces."""
         whole = self[chosen]
         middle, new = (whole.low + whole.high) / 2, first + np.arange(len(whole))

@@ -244,8 +244,9 @@ def _checked(
             continue
         arcs, sign = part.arcs[chosen], sign[chosen]
         points = with_ends(arcs.start, arcs.points, arcs.stop)
-        # The direction to the hole, at infinity in this plane, may belong to an image.
-        about = round(float(sign @ turns_about(hole, points)))
+        # The direction to the hole, at infinity in this plane, may belong to an image. Boundaries that run round the hole
+        # the other way lie about the direction away from it.
+        about = max(0, round(float(sign @ turns_about(hole, points))))
         about = about + winding(flat_from_hole(points, hole), sign, flat_from_hole(here.sky, hole))
         wrong += int((~(np.abs(about - here.inside) <= _ROUND)).sum())
     if wrong:
