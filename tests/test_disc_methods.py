@@ -7,8 +7,8 @@ import pytest
 
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import Sphere, end_of
-from kerrcaustics.extended_sources.on_charts import measured_on_charts
-from kerrcaustics.extended_sources.on_sheets import measured_on_sheets
+from kerrcaustics.extended_sources.charts.chart_method import disc_images_on_charts
+from kerrcaustics.extended_sources.sheets.sheet_method import disc_images_on_sheets
 from kerrcaustics.scripts import STUDIES
 from kerrcaustics.spacetime.sphere import from_angles
 
@@ -21,8 +21,8 @@ FEW = [(0.9, 12.0, 0.05, 1), (0.999, 800.0, 0.003, 0), (0.4, 3e5, 0.2, 0)]
 
 def assert_methods_agree(viewer, surface, centre, size, max_index):
     """Both methods certify the disc, and agree to rounding or to the sum of their errors, whichever is larger."""
-    sheets = measured_on_sheets(viewer, surface, centre, size, max_index, None)
-    charts = measured_on_charts(viewer, surface, centre, size, max_index)
+    sheets = disc_images_on_sheets(viewer, surface, centre, size, max_index, None)
+    charts = disc_images_on_charts(viewer, surface, centre, size, max_index)
     assert sheets.certified and charts.certified, (sheets.remarks, charts.remarks)
     most = np.maximum(ROUNDING * np.abs(sheets.shares), sheets.share_errors + charts.share_errors)
     assert (np.abs(sheets.shares - charts.shares) <= most).all()
@@ -54,7 +54,7 @@ def test_disc_about_the_viewer_on_the_viewers_sphere_is_the_sum_over_rays(place)
     """The sky is cut off where rays leave horizontally: the charts have this edge, and the sheets leave it to them."""
     viewer, size = kc.Camera(0.9, 12.0, 1.3, "fiducial"), 0.2
     seen = kc.magnification(viewer, place, size * 12.0, max_index=1, end=12.0)
-    sheets = measured_on_sheets(viewer, Sphere(12.0), from_angles(*place), size, 1, None)
+    sheets = disc_images_on_sheets(viewer, Sphere(12.0), from_angles(*place), size, 1, None)
     assert seen.certified and sheets.remarks == ("the viewer lies within the disc",)
     expected, error = TWIN.summed(viewer, from_angles(*place), size, 1, surface=Sphere(12.0))
     assert abs(seen.total - expected) < 3 * error + 5e-4 * expected
@@ -82,7 +82,7 @@ def test_sheets_and_charts_agree_on_random_discs():
 @pytest.mark.slow
 def test_disc_that_the_sheets_leave_in_doubt_is_left_to_the_charts():
     viewer, place, size, max_index = kc.Camera(0.505, 31.88, 1.508, "fiducial"), (1.727435402, 8.451490241), 4.29e-5, 2
-    sheets = measured_on_sheets(viewer, end_of(viewer, math.inf), from_angles(*place), size, max_index, None)
+    sheets = disc_images_on_sheets(viewer, end_of(viewer, math.inf), from_angles(*place), size, max_index, None)
     seen = kc.magnification(viewer, place, size, max_index=max_index)
     assert not sheets.certified and seen.certified and seen.error < 1e-6 * seen.total
     # The light of a disc between others of nearly its size.

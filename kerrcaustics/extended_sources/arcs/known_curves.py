@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kerrcaustics.extended_sources.arcs import (
+from kerrcaustics.extended_sources.arcs.boundary_arcs import (
     DERIVATIVE,
     GUESSED,
     NODES,
@@ -40,7 +40,7 @@ def at_places(low: Float[Array, " arcs"], high: Float[Array, " arcs"]) -> Float[
     return low[:, None] + (high - low)[:, None] * (1 + _PLACES) / 2
 
 
-def refined(
+def arcs_of_parametric_curve(
     traced: Traced,
     index: Int[Array, " arcs"],
     low: Float[Array, " arcs"],

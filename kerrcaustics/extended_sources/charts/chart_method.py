@@ -11,19 +11,19 @@ import numpy as np
 
 from kerrcaustics.beams.ends import End
 from kerrcaustics.curves.critical_curves import CriticalCurves
-from kerrcaustics.extended_sources.arcs import with_ends
-from kerrcaustics.extended_sources.area import (
+from kerrcaustics.extended_sources.arcs.area import (
     Weight,
     closed,
     flat_from_hole,
     turns_about,
     winding,
 )
-from kerrcaustics.extended_sources.chart_arcs import LIMB, ChartArcs, arcs_along, extremes, rim_arcs
-from kerrcaustics.extended_sources.contours import contours
-from kerrcaustics.extended_sources.measured_disc import MeasuredDisc, summed
-from kerrcaustics.extended_sources.nearby_caustics import curves_near
-from kerrcaustics.extended_sources.patches import Disc, Patch, patches_in_plane, patches_on_sphere
+from kerrcaustics.extended_sources.arcs.boundary_arcs import with_ends
+from kerrcaustics.extended_sources.arcs.image_areas import DiscImages, summed
+from kerrcaustics.extended_sources.charts.chart_arcs import LIMB, ChartArcs, arcs_along, extremes, rim_arcs
+from kerrcaustics.extended_sources.charts.charts import Disc, DiscChart, charts_in_plane, charts_on_sphere
+from kerrcaustics.extended_sources.charts.contours import contours
+from kerrcaustics.extended_sources.sheets.nearby_caustics import curves_near
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.circle_arcs import arcs_of
 from kerrcaustics.images.sheets import bounding_curves
@@ -57,7 +57,7 @@ class _Witnesses(Rows):
     second_arrival: Bool[Array, " n"]
 
 
-def measured_on_charts(
+def disc_images_on_charts(
     viewer: Viewer,
     surface: End,
     centre: Float[Array, " axes"],
@@ -66,42 +66,42 @@ def measured_on_charts(
     weight: Weight | None = None,
     *,
     nested: bool = False,
-) -> MeasuredDisc:
-    """The images of a disc; parameters as for `measured`."""
+) -> DiscImages:
+    """The images of a disc; parameters as for `disc_images`."""
     disc = Disc(surface, centre, size)
-    patches, curves = _patches(viewer, disc, max_index)
+    charts, curves = _charts(viewer, disc, max_index)
     parts, doubts, faults = [], [], []
-    for patch in in_steps("chart", patches):
-        outline = contours(patch)
-        arcs = arcs_along(patch, outline, _WANTED)
+    for chart in in_steps("chart", charts):
+        outline = contours(chart)
+        arcs = arcs_along(chart, outline, _WANTED)
         first = 1 + max(arcs.last_node, outline.last_node)
-        parts.append(arcs.joined(rim_arcs(patch, outline, first)))
+        parts.append(arcs.joined(rim_arcs(chart, outline, first)))
         faults += outline.remarks
         if doubtful := int(arcs.doubtful.sum()):
             doubts.append(f"{doubtful} arcs of the boundary are in doubt")
     camera = search_camera(viewer)
     witnesses, unsure = _witnesses(viewer, disc, max_index, curves, _CIRCLES[: 1 if nested else None])
-    faults += [*unsure, *_checked(camera, patches, parts, max_index, witnesses)]
+    faults += [*unsure, *_checked(camera, charts, parts, max_index, witnesses)]
     whole = _summed(viewer, disc, max_index, parts, weight)
-    return whole.doubted(doubts, faults)
+    return whole.with_remarks(doubts, faults)
 
 
-def _patches(viewer: Viewer, disc: Disc, max_index: int) -> tuple[list[Patch], CriticalCurves | None]:
+def _charts(viewer: Viewer, disc: Disc, max_index: int) -> tuple[list[DiscChart], CriticalCurves | None]:
     """The charts of a disc, and on spheres the critical curves."""
     camera = search_camera(viewer)
     domain = domain_of(disc.surface.bare(), camera)
     if domain.in_plane:
-        return patches_in_plane(domain, disc, max_index), None
+        return charts_in_plane(domain, disc, max_index), None
     curves = curves_near(bounding_curves(camera, max_index, domain.surface), Circle.about(disc.centre, disc.size))
-    return patches_on_sphere(domain, curves, disc, max_index), curves
+    return charts_on_sphere(domain, curves, disc, max_index), curves
 
 
 def touching_radii_on_charts(
     viewer: Viewer, surface: End, centre: Float[Array, " axes"], size: float, max_index: int
 ) -> Float[Array, " radii"]:
-    """Radii of smaller discs whose limb touches a caustic or passes a cusp; parameters as for `measured`."""
-    patches, _ = _patches(viewer, Disc(surface, centre, size), max_index)
-    return np.sort(np.concatenate([extremes(patch, contours(patch)) for patch in patches]))
+    """Radii of smaller discs whose limb touches a caustic or passes a cusp; parameters as for `disc_images`."""
+    charts, _ = _charts(viewer, Disc(surface, centre, size), max_index)
+    return np.sort(np.concatenate([extremes(chart, contours(chart)) for chart in charts]))
 
 
 def _signs(arcs: ChartArcs, index: int | None, max_index: int) -> Float[Array, " arcs"]:
@@ -114,7 +114,7 @@ def _signs(arcs: ChartArcs, index: int | None, max_index: int) -> Float[Array, "
     return np.where(~ordinary | (of == index), sign, 0.0) * arcs.sign
 
 
-def _summed(viewer: Viewer, disc: Disc, max_index: int, parts: list[ChartArcs], weight: Weight | None) -> MeasuredDisc:
+def _summed(viewer: Viewer, disc: Disc, max_index: int, parts: list[ChartArcs], weight: Weight | None) -> DiscImages:
     """The areas within all arcs."""
     first, numbered = 0, []
     for part in parts:
@@ -226,12 +226,12 @@ def _chosen(disc: Disc, parts: list[tuple[Array, Array, Array]]) -> _Witnesses:
 
 
 def _checked(
-    camera: Viewer, patches: list[Patch], parts: list[ChartArcs], max_index: int, witnesses: _Witnesses
+    camera: Viewer, charts: list[DiscChart], parts: list[ChartArcs], max_index: int, witnesses: _Witnesses
 ) -> list[str]:
     """Faults of the boundary of the images: ends of arcs, and windings about witnesses."""
     hole, remarks, wrong = _hole(camera), [], 0
-    for patch, part in zip(patches, parts, strict=True):
-        here = witnesses[witnesses.second_arrival == patch.second_arrival]
+    for chart, part in zip(charts, parts, strict=True):
+        here = witnesses[witnesses.second_arrival == chart.second_arrival]
         for k in (None, *range(max_index + 1)):
             sign = _signs(part, k, max_index)
             chosen = sign != 0
@@ -244,8 +244,8 @@ def _checked(
             continue
         arcs, sign = part.arcs[chosen], sign[chosen]
         points = with_ends(arcs.start, arcs.points, arcs.stop)
-        # The direction to the hole, at infinity in this plane, may belong to an image. Boundaries that run round the hole
-        # the other way lie about the direction away from it.
+        # The direction to the hole, at infinity in this plane, may belong to an image. Boundaries that run round it the
+        # other way lie about the direction away from it.
         about = max(0, round(float(sign @ turns_about(hole, points))))
         about = about + winding(flat_from_hole(points, hole), sign, flat_from_hole(here.sky, hole))
         wrong += int((~(np.abs(about - here.inside) <= _ROUND)).sum())

@@ -14,7 +14,7 @@ import numpy as np
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import End
 from kerrcaustics.beams.trace import beams_of_directions
-from kerrcaustics.extended_sources.arcs import (
+from kerrcaustics.extended_sources.arcs.boundary_arcs import (
     DERIVATIVE,
     GUESSED,
     NODES,

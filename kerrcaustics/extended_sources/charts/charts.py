@@ -94,7 +94,7 @@ class ChartRays(Rows):
 
 
 @dataclass(frozen=True)
-class Patch:
+class DiscChart:
     """A chart of directions by edge phase and height, on which light arrives from a disc.
 
     low, high: range of heights; rim: -1 if the lower one is the rim, 1 if the upper one is, 0 if neither is;
@@ -150,7 +150,7 @@ class Patch:
         )
 
 
-def patches_on_sphere(domain: OneLeaf, curves: CriticalCurves, disc: Disc, max_index: int) -> list[Patch]:
+def charts_on_sphere(domain: OneLeaf, curves: CriticalCurves, disc: Disc, max_index: int) -> list[DiscChart]:
     """The charts of all arrivals, as far as the last of the curves."""
     camera, surface = domain.camera, domain.surface
     frame = camera.frame()
@@ -171,16 +171,16 @@ def patches_on_sphere(domain: OneLeaf, curves: CriticalCurves, disc: Disc, max_i
 
     if not domain.has_rim:
         rim, deepest = -1 if domain.level else 0, last - float(domain.first(phases).min())
-        return [Patch(camera, disc, surface, max_index, once, 0.0, deepest, rim, gap=domain.gap)]
+        return [DiscChart(camera, disc, surface, max_index, once, 0.0, deepest, rim, gap=domain.gap)]
     beyond = max(last - float(domain.rim(phases).min()), _BEYOND)
     second = surface.at_second_arrival()
     return [
-        Patch(camera, disc, surface, max_index, falling, 0.0, 1 - FROM_RIM, 1),
-        Patch(camera, disc, second, max_index, rising, FROM_RIM, beyond, -1),
+        DiscChart(camera, disc, surface, max_index, falling, 0.0, 1 - FROM_RIM, 1),
+        DiscChart(camera, disc, second, max_index, rising, FROM_RIM, beyond, -1),
     ]
 
 
-def patches_in_plane(domain: Ring, disc: Disc, max_index: int) -> list[Patch]:
+def charts_in_plane(domain: Ring, disc: Disc, max_index: int) -> list[DiscChart]:
     """The chart of the lines between two circles about the hole that hold the disc; ValueError if they are not seen."""
     radius, horizon = float(lengths(disc.centre)), kerr.horizon(domain.camera.spin)
     nearest, around = radius - disc.size, max(_AROUND * disc.size, _LEAST_AROUND * (radius - horizon))
@@ -202,7 +202,7 @@ def patches_in_plane(domain: Ring, disc: Disc, max_index: int) -> list[Patch]:
         low, high = rims(phase).T
         return unit(lines_across(camera, phase).sky(low + height * (high - low)))
 
-    return [Patch(camera, disc, domain.surface.bare(), max_index, sky, 0.0, 1.0, open_ended=True)]
+    return [DiscChart(camera, disc, domain.surface.bare(), max_index, sky, 0.0, 1.0, open_ended=True)]
 
 
 def _between(circles: Circles, radii: Float[Array, " 2"], guesses: list[Spline]) -> Spline:
