@@ -25,8 +25,11 @@ _LASTING = 4
 class BoundaryArcs(Rows):
     """Arcs on the search sky, one entry each.
 
-    index: Morse index of the images that they bound; left, right: numbers of the nodes at both ends; start, stop:
-    directions there; points: directions at `NODES`; error: of the area beside the arc, square radians.
+    index: Morse index of the images that they bound.
+    left, right: Numbers of the nodes at both ends.
+    start, stop: Directions there.
+    points: Directions at `NODES`.
+    error: Error of the area beside the arc, square radians.
     """
 
     index: Int[Array, " arcs"]

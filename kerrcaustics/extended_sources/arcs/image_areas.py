@@ -18,11 +18,18 @@ Array = np.ndarray
 class DiscImages:
     """The images of a disc on a viewer's sky.
 
-    angle: radius of the disc, radians, in the plane a length; solid_angle: of the disc, from the centre of its sphere,
-    in the plane its area, weighted by its brightness; boundaries, arcs: of the images of all indices; points: of the
-    arcs, on the viewer's sky, between their ends; sign: 1 where the image lies to the left of an arc, -1 where to the
-    right; area, error: of the images, weighted, in units of the sky; shares, share_errors: by index; moment: integral
-    of the place over the images; remarks: what is in doubt.
+    angle: Radius of the disc, radians, in the plane a length.
+    solid_angle: Solid angle of the disc from the centre of its sphere, in the plane its area; weighted by brightness.
+    arcs: Arcs that bound the images of all indices.
+    points: Places of the arcs on the viewer's sky, between their ends.
+    sign: 1 where the image lies to the left of an arc, -1 where to the right.
+    boundaries: Connected boundaries of the images.
+    area: Area of the images, weighted, in units of the sky.
+    error: Error of the area.
+    shares: Area by index.
+    share_errors: Errors of the shares.
+    moment: Integral of the place over the images.
+    remarks: What is in doubt.
     """
 
     angle: float
