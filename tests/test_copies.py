@@ -43,8 +43,6 @@ MADE = {
     "PhysicalScale": [kc.PhysicalScale(4.3e6, 8.2e3)],
     "SceneFile": [],
     "Status": list(kc.Status),
-    "Sky": [kc.skies.Sky()],
-    "Emission": [kc.disks.Emission()],
     "PointLights": [kc.skies.PointLights(np.eye(3), np.ones((3, 3)), np.full(3, 6504.0))],
     "Checkerboard": [kc.skies.Checkerboard()],
     "Panorama": [kc.skies.Panorama(np.ones((16, 32, 3)))],
@@ -89,7 +87,11 @@ def copies(one):
 
 
 def test_every_public_class_has_an_object_here():
-    classes = {name for name, one in PUBLIC.items() if inspect.isclass(one) and one not in KINDS}
+    classes = {
+        name
+        for name, one in PUBLIC.items()
+        if inspect.isclass(one) and not inspect.isabstract(one) and one not in KINDS
+    }
     assert classes == set(MADE)
 
 

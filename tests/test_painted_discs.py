@@ -7,8 +7,8 @@ import pytest
 
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import Sphere
-from kerrcaustics.extended_sources import contours
-from kerrcaustics.extended_sources.patches import ChartRays, Disc, Patch
+from kerrcaustics.extended_sources.charts import contours
+from kerrcaustics.extended_sources.charts.charts import ChartRays, Disc, DiscChart
 from kerrcaustics.results.progress import listening
 from kerrcaustics.scripts import STUDIES
 
@@ -46,7 +46,7 @@ IN_PLANE = [
 ]
 
 
-class PlainChart(Patch):
+class PlainChart(DiscChart):
     """A chart on which light comes from the place of the plane with the polar coordinates 1 + height and phase."""
 
     def rays(self, phase, height):

@@ -16,7 +16,7 @@ from kerrcaustics.draw.palettes import STAR_COLOUR
 from kerrcaustics.draw.projection import about_shadow, whole_line
 from kerrcaustics.draw.sky_results import critical_curves, labelled_once, legend_beside, shadow
 from kerrcaustics.extended_sources.magnification import LimbImage, Magnification
-from kerrcaustics.extended_sources.measured import sphere_scale
+from kerrcaustics.lens_map.domains import domain_of
 from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.circles import Circle
 from kerrcaustics.spacetime.sphere import polar_angle
@@ -107,7 +107,8 @@ def source_images_figure(magnification: Magnification) -> Figure:
 def _limb_places(magnification: Magnification) -> Float[Array, "points 2"]:
     """Coordinates of points of the limb on the surface of the source."""
     centre = magnification.surface.vectors(np.array([magnification.source]))[0]
-    size, turn = magnification.size / sphere_scale(magnification.surface), np.linspace(0, 2 * np.pi, _LIMB_POINTS)
+    domain = domain_of(magnification.surface, magnification.camera)
+    size, turn = magnification.size / domain.radian_length, np.linspace(0, 2 * np.pi, _LIMB_POINTS)
     if len(centre) == 2:
         limb = centre + size * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
         return np.stack([np.hypot(*limb.T), np.unwrap(np.arctan2(limb[:, 1], limb[:, 0]))], axis=-1)

@@ -6,16 +6,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams.ends import End, EquatorialPlane, Wherever
+from kerrcaustics.beams.ends import End, Wherever
 from kerrcaustics.beams.trace import beams_of_directions
-from kerrcaustics.extended_sources.area import Weight
-from kerrcaustics.extended_sources.measured import kinks, measured, sphere_scale
-from kerrcaustics.extended_sources.measured_disc import MeasuredDisc, outline_of
+from kerrcaustics.extended_sources.arcs.area import Weight
+from kerrcaustics.extended_sources.arcs.image_areas import DiscImages, outline_of
+from kerrcaustics.extended_sources.charts.charts import Disc
+from kerrcaustics.extended_sources.disc_images import disc_images, kinks
 from kerrcaustics.extended_sources.nested_discs import RoundSource, integrated
-from kerrcaustics.extended_sources.patches import Disc
 from kerrcaustics.extended_sources.profiles import Brightness, Profile, checked_profile
 from kerrcaustics.lens_map.arguments import checked_index, checked_place, direct_remarks
-from kerrcaustics.lens_map.domains import search_surface
+from kerrcaustics.lens_map.domains import domain_of, search_surface
 from kerrcaustics.results.declared import derived, quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, with_progress
 from kerrcaustics.results.shown import Shown
@@ -192,7 +192,7 @@ def magnification(
     centre = surface.vectors(np.array([place]))[0]
     weight = _weight(power, viewer, surface)
     _check_finite(viewer, Disc(surface, centre, angle))
-    whole = measured(viewer, surface, centre, angle, highest, weight)
+    whole = disc_images(viewer, surface, centre, angle, highest, weight)
     disc = whole if brightness.is_uniform else _graded(viewer, surface, centre, whole, brightness, weight)
     per_solid_angle = 1 / disc.solid_angle
     # Of a source that is not seen there is none.
@@ -237,21 +237,21 @@ def _graded(
     viewer: Viewer,
     surface: End,
     centre: Array,
-    whole: MeasuredDisc,
+    whole: DiscImages,
     brightness: Brightness,
     weight: Weight | None,
-) -> MeasuredDisc:
+) -> DiscImages:
     """The same disc with a brightness that is not uniform, as a sum over uniform discs."""
     index, angle = len(whole.shares) - 1, whole.angle
     touching, remarks = kinks(viewer, surface, centre, angle, index), list(whole.remarks)
 
-    def columns(disc: MeasuredDisc) -> tuple[Array, Array]:
+    def columns(disc: DiscImages) -> tuple[Array, Array]:
         """Area, shares and moment, and their errors; that of the moment is not needed."""
         values = np.array([disc.area, *disc.shares, *disc.moment])
         return values, np.array([disc.error, *disc.share_errors, *np.zeros(len(disc.moment))])
 
     def nested(x: float) -> tuple[Array, Array]:
-        disc = measured(viewer, surface, centre, angle * math.sin(x), index, weight, nested=True)
+        disc = disc_images(viewer, surface, centre, angle * math.sin(x), index, weight, nested=True)
         remarks.extend(disc.remarks)
         return columns(disc)
 
@@ -271,7 +271,7 @@ def _graded(
     )
 
 
-def _images(viewer: Viewer, surface: End, disc: MeasuredDisc) -> tuple[LimbImage, ...]:
+def _images(viewer: Viewer, surface: End, disc: DiscImages) -> tuple[LimbImage, ...]:
     images = []
     for bound in sorted(disc.boundaries, key=lambda bound: -abs(bound.area)):
         sky, index = outline_of(disc, bound)
@@ -294,8 +294,8 @@ def _weight(power: object, viewer: Viewer, surface: End) -> Weight | None:
 def _checked_size(size: object, place: tuple[float, float], viewer: Viewer, surface: End) -> float:
     """The radius of a source: an angle, radians; in the plane a length."""
     number = real_number("size", size)
-    scale, largest = sphere_scale(surface), _LARGEST
-    in_plane = isinstance(surface, EquatorialPlane)
+    domain, largest = domain_of(surface, viewer), _LARGEST
+    scale, in_plane = domain.radian_length, domain.in_plane
     if in_plane:
         # Within rounding all of the disc lies outside the horizon.
         scale = place[0] - kerr.horizon(viewer.spin)

@@ -11,7 +11,7 @@ reached in a ring about the shadow edge (circles_in_plane.py).
 import math
 from dataclasses import dataclass
 from functools import lru_cache, singledispatch
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -54,6 +54,21 @@ class OneLeaf:
     surface: Spherical
     level: bool = False
     unbounded: bool = False
+    in_plane: ClassVar[Literal[False]] = False
+
+    @property
+    def radian_length(self) -> float:
+        """Length along the surface for which a radian stands, in M: 1 on the celestial sphere."""
+        return float(self.surface.radius) if self.surface.finite else 1.0
+
+    @property
+    def has_rim(self) -> bool:
+        """True if some rays meet the sphere twice."""
+        return False
+
+    def rim(self, edge_phase: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
+        """Depth of the rim, if there is one."""
+        raise NotImplementedError
 
     @property
     def falls(self) -> bool:
@@ -87,7 +102,12 @@ class OneLeaf:
         if not self.level:
             return np.zeros_like(edge_phase)
         reach = sky_lines.wide_reach(self.camera, edge_phase, self.zoom)
-        return -np.log((reach - np.pi / 2 - max(_BELOW, _ROUNDING / self.zoom)) / reach)
+        return -np.log((reach - np.pi / 2 - self.gap) / reach)
+
+    @property
+    def gap(self) -> float:
+        """Angle below the horizontal at which lines begin on a sphere of the camera's radius, radians."""
+        return max(_BELOW, _ROUNDING / self.zoom)
 
     def line_of_sight(self, edge_phase: HostParts, depth: HostParts) -> tuple[HostVectors, Bool[Array, "*batch"]]:
         """Lines of sight (..., 3), and whether they stand for the second arrival; both arguments are broadcast."""
@@ -165,8 +185,11 @@ class Ring:
 
     camera: Viewer
     surface: EquatorialPlane
+    in_plane: ClassVar[Literal[True]] = True
+    level: ClassVar[bool] = False
     unbounded: ClassVar[bool] = False
     falls: ClassVar[bool] = True
+    radian_length: ClassVar[float] = 1.0
 
     def check(self) -> None:
         """Raise ValueError for cameras in the plane."""

@@ -14,7 +14,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.ends import SKY, End
-from kerrcaustics.extended_sources.arcs import values_at
+from kerrcaustics.extended_sources.arcs.boundary_arcs import values_at
 from kerrcaustics.images.images import star_images
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.arguments import HIGHEST_INDEX

@@ -8,8 +8,8 @@ import numpy as np
 
 from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.curves.critical_curves import CriticalCurve, points_between
-from kerrcaustics.extended_sources.arcs import NODES, BoundaryArcs
-from kerrcaustics.extended_sources.known_curves import at_places, refined
+from kerrcaustics.extended_sources.arcs.boundary_arcs import NODES, BoundaryArcs
+from kerrcaustics.extended_sources.arcs.known_curves import arcs_of_parametric_curve, at_places
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.shapes import Bool, Float, Int
@@ -84,7 +84,7 @@ def critical_arcs(
     low, high = (np.concatenate([e[s] for e in ends]) for s in (slice(None, -1), slice(1, None)))
     left, right = (np.concatenate([e[s] for e in numbers]) for s in (slice(None, -1), slice(1, None)))
     order = np.full(len(low), curve.order)
-    arcs = refined(partial(_traced, sheets, curve), order, low, high, left, right, first, wanted)
+    arcs = arcs_of_parametric_curve(partial(_traced, sheets, curve), order, low, high, left, right, first, wanted)
     if arcs is None:
         return _none(), (f"points of the critical curve of order {curve.order} could not be found",)
     return arcs, ()

@@ -6,9 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kerrcaustics.beams.ends import End
-from kerrcaustics.extended_sources.about_axis import AxialLimb, symmetric
-from kerrcaustics.extended_sources.arcs import BoundaryArcs, with_ends
-from kerrcaustics.extended_sources.area import (
+from kerrcaustics.extended_sources.arcs.area import (
     Weight,
     boundaries,
     closed,
@@ -17,18 +15,20 @@ from kerrcaustics.extended_sources.area import (
     turns_about,
     winding,
 )
-from kerrcaustics.extended_sources.critical_arcs import LimbCrossings, critical_arcs
-from kerrcaustics.extended_sources.limb import GuessedArcs, Limb
-from kerrcaustics.extended_sources.measured_disc import MeasuredDisc, summed
-from kerrcaustics.extended_sources.nearby_caustics import distance, refined_near
-from kerrcaustics.extended_sources.skeleton import of_branches, of_small_images
+from kerrcaustics.extended_sources.arcs.boundary_arcs import BoundaryArcs, with_ends
+from kerrcaustics.extended_sources.arcs.image_areas import DiscImages, summed
+from kerrcaustics.extended_sources.sheets.about_axis import AxialLimb, symmetric
+from kerrcaustics.extended_sources.sheets.critical_arcs import LimbCrossings, critical_arcs
+from kerrcaustics.extended_sources.sheets.limb import GuessedArcs, Limb
+from kerrcaustics.extended_sources.sheets.limb_guesses import from_level_curve, without_caustic
+from kerrcaustics.extended_sources.sheets.nearby_caustics import distance, refined_near
 from kerrcaustics.images.search import ImageSearch, search
 from kerrcaustics.images.sheets import Sheets, sheets_of
 from kerrcaustics.lens_map.search_sky import SearchSky, search_sky
 from kerrcaustics.level_curves.branches import Branches
 from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.circles import Circle
-from kerrcaustics.spacetime.sphere import moved
+from kerrcaustics.spacetime.sphere import from_angles, moved
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -51,15 +51,15 @@ _LEAST_PART = 1e-3
 _ROUND = 1e-3
 
 
-def measured_on_sheets(
+def disc_images_on_sheets(
     viewer: Viewer,
     surface: End,
     centre: Float[Array, " 3"],
     angle: float,
     max_index: int,
     weight: Weight | None,
-) -> MeasuredDisc:
-    """The images of a disc on a sphere that rays reach once; parameters as for `measured`."""
+) -> DiscImages:
+    """The images of a disc on a sphere that rays reach once; parameters as for `disc_images`."""
     rim = Circle.about(centre, angle)
     sheets = refined_near(sheets_of(viewer, max_index, surface), rim)
     sky = search_sky(viewer)
@@ -82,8 +82,16 @@ def measured_on_sheets(
     area = 4 * math.pi * math.sin(angle / 2) ** 2
     disc = summed(sky, hole, (angle, area), whole, signs, max_index, weight)
     probes = limb.probes or _Probes.searched_for(sheets, rim)
-    wrong = _checked(sheets, disc.arcs, disc.sign, probes)
-    return disc.doubted(limb.doubts, limb.faults + lost + wrong)
+    wrong = _checked(sheets, disc.arcs, disc.sign, probes) + _about_viewer(sheets, rim)
+    return disc.with_remarks(limb.doubts, limb.faults + lost + wrong)
+
+
+def _about_viewer(sheets: Sheets, rim: Circle) -> tuple[str, ...]:
+    """The fault of a disc about the viewer on the viewer's own sphere: its image ends where rays leave horizontally."""
+    place = from_angles(sheets.camera.inclination, 0.0)
+    if not sheets.curves.domain.level or rim.height(place[None])[0] < 0:
+        return ()
+    return ("the viewer lies within the disc",)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +116,7 @@ class _Followed:
     """The images of the limb of a disc.
 
     crossings: None where no caustic is near; wanted: error of areas, square radians; doubts, faults: as for
-    `MeasuredDisc.doubted`; probes: where they were searched together with the limb.
+    `DiscImages.with_remarks`; probes: where they were searched together with the limb.
     """
 
     arcs: BoundaryArcs
@@ -124,7 +132,7 @@ def _limb(sheets: Sheets, viewer: Viewer, rim: Circle) -> _Followed:
     nearest = min(distance(curve, rim.axes[2]) for curve in sheets.curves)
     if nearest > _CLEAR * rim.angle:
         radius, place = _probes(sheets, rim, beside_caustics=False)
-        guessed, searched = of_small_images(sheets, rim, place)
+        guessed, searched = without_caustic(sheets, rim, place)
         if guessed is not None:
             followed = _brought(sheets, rim, guessed, None, ())
             # Beside a caustic that is a point images are drawn out to rings.
@@ -142,7 +150,7 @@ def _limb(sheets: Sheets, viewer: Viewer, rim: Circle) -> _Followed:
     if not events.known.all():
         faults.append(f"the counts beside {(~events.known).sum()} events on the limb are not what they should be")
     crossings = LimbCrossings(events.order, events.points.edge_phase)
-    return _brought(sheets, rim, of_branches(branches), crossings, tuple(faults))
+    return _brought(sheets, rim, from_level_curve(branches), crossings, tuple(faults))
 
 
 def _brought(

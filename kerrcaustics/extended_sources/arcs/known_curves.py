@@ -1,11 +1,23 @@
 """Arcs along curves of which every point can be found: critical curves, and limbs where the sky is symmetric."""
 
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kerrcaustics.extended_sources.arcs import DERIVATIVE, GUESSED, NODES, WEIGHTS, BoundaryArcs, along, values_at
-from kerrcaustics.shapes import Float, Int
+from kerrcaustics.extended_sources.arcs.boundary_arcs import (
+    DERIVATIVE,
+    GUESSED,
+    NODES,
+    WEIGHTS,
+    Attempt,
+    BoundaryArcs,
+    along,
+    arcs_by_halving,
+    values_at,
+)
+from kerrcaustics.shapes import Bool, Float, Int
+from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import lengths, unit
 
 Array = np.ndarray
@@ -28,7 +40,7 @@ def at_places(low: Float[Array, " arcs"], high: Float[Array, " arcs"]) -> Float[
     return low[:, None] + (high - low)[:, None] * (1 + _PLACES) / 2
 
 
-def refined(
+def arcs_of_parametric_curve(
     traced: Traced,
     index: Int[Array, " arcs"],
     low: Float[Array, " arcs"],
@@ -54,11 +66,11 @@ def refined(
     wanted : float
         Error of the whole area, square radians.
     """
-    pieces: list[BoundaryArcs] = []
-    for halving in range(_MOST_HALVINGS + 1):
-        rays = traced(low, high)
+
+    def attempt(pieces: _ParameterRanges) -> Attempt[_ParameterRanges, BoundaryArcs]:
+        rays = traced(pieces.low, pieces.high)
         if rays is None:
-            return None
+            raise _LostPointsError
         sky, noise = rays
         points, check = sky[:, : len(NODES)], sky[:, len(NODES) : -2]
         size = lengths(along(DERIVATIVE, points)) @ WEIGHTS
@@ -68,13 +80,37 @@ def refined(
         miss = lengths(across).max(axis=1) * size
         # Directions are rounded, too.
         floor = (noise + np.finfo(float).eps) * size
-        good = (miss <= wanted / len(low)) | (miss <= _ROUND_OFF * floor) | (halving == _MOST_HALVINGS)
-        pieces.append(BoundaryArcs(index, left, right, sky[:, -2], sky[:, -1], points, miss + floor)[good])
-        if good.all():
-            break
-        low, high, left, right, index = (values[~good] for values in (low, high, left, right, index))
-        middle, new = (low + high) / 2, first + np.arange(len(low))
-        first += len(low)
-        low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
-        left, right, index = np.concatenate([left, new]), np.concatenate([new, right]), np.tile(index, 2)
-    return pieces[0].joined(*pieces[1:])
+        good = (miss <= wanted / len(pieces.low)) | (miss <= _ROUND_OFF * floor)
+        ends = pieces.left, pieces.right, sky[:, -2], sky[:, -1]
+        return Attempt(BoundaryArcs(pieces.index, *ends, points, miss + floor), good, pieces.halves)
+
+    try:
+        return arcs_by_halving(_ParameterRanges(index, low, high, left, right), attempt, first, _MOST_HALVINGS)[0]
+    except _LostPointsError:
+        return None
+
+
+class _LostPointsError(Exception):
+    """Some points of a curve could not be found."""
+
+
+@dataclass(frozen=True)
+class _ParameterRanges(Rows):
+    """Pieces of a curve.
+
+    index: As for `BoundaryArcs`.
+    low, high: Parameters of their ends.
+    left, right: Numbers of the nodes there.
+    """
+
+    index: Int[Array, " arcs"]
+    low: Float[Array, " arcs"]
+    high: Float[Array, " arcs"]
+    left: Int[Array, " arcs"]
+    right: Int[Array, " arcs"]
+
+    def halves(self, chosen: Bool[Array, " arcs"], first: int) -> "_ParameterRanges":
+        """Both halves of the chosen pieces."""
+        whole = self[chosen]
+        middle, new = (whole.low + whole.high) / 2, first + np.arange(len(whole))
+        return replace(whole, high=middle, right=new).joined(replace(whole, low=middle, left=new))

@@ -12,9 +12,9 @@ import numpy as np
 
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.trace import beams_of_directions
-from kerrcaustics.extended_sources.arcs import BoundaryArcs
-from kerrcaustics.extended_sources.known_curves import at_places, refined
-from kerrcaustics.extended_sources.limb import Limb
+from kerrcaustics.extended_sources.arcs.boundary_arcs import BoundaryArcs
+from kerrcaustics.extended_sources.arcs.known_curves import arcs_of_parametric_curve, at_places
+from kerrcaustics.extended_sources.sheets.limb import Limb
 from kerrcaustics.images.sheet_grids import Sheet
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.search_sky import TOLERANCE
@@ -54,7 +54,9 @@ class AxialLimb:
         for images in self._images:
             first = 1 + max((int(part.right.max()) for part in parts), default=-1)
             left, index = first + np.arange(count), np.full(count, images.sheet.index)
-            arcs = refined(images.traced, index, low, high, left, np.roll(left, -1), first + count, wanted)
+            arcs = arcs_of_parametric_curve(
+                images.traced, index, low, high, left, np.roll(left, -1), first + count, wanted
+            )
             assert arcs is not None
             parts.append(arcs)
         return parts[0].joined(*parts[1:])

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kerrcaustics.extended_sources.patches import ChartRays, Patch
+from kerrcaustics.extended_sources.charts.charts import ChartRays, DiscChart
 from kerrcaustics.numerics.roots import bracketed_roots
 from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.rows import Rows
@@ -51,9 +51,9 @@ class _Lines(Rows):
     limb: Bool[Array, " lines"]
     reach: Float[Array, " lines"]
 
-    def at(self, patch: Patch, way: Float[Array, " lines"]) -> tuple[ChartRays, Float[Array, " lines"], Array]:
+    def at(self, chart: DiscChart, way: Float[Array, " lines"]) -> tuple[ChartRays, Float[Array, " lines"], Array]:
         """Rays on the lines, what vanishes on the curve, and its error."""
-        rays = patch.rays(*(self.base + way[:, None] * self.left).T)
+        rays = chart.rays(*(self.base + way[:, None] * self.left).T)
         return (
             rays,
             np.where(self.limb, rays.height, rays.ratio),
@@ -106,7 +106,7 @@ class _Search(Rows):
 
 
 def on_curves(
-    patch: Patch,
+    chart: DiscChart,
     axes: Float[Array, "chords 2 2"],
     start: Float[Array, "chords 2"],
     stop: Float[Array, "chords 2"],
@@ -127,7 +127,7 @@ def on_curves(
     columns = (np.repeat(column, count, axis=0) for column in (left, order == 0, reach))
     lines = _Lines(base.reshape(-1, 2), *columns)
     wanted = np.repeat(rising, count)
-    search, lever = _begun(patch, lines)
+    search, lever = _begun(chart, lines)
     active = np.arange(len(lines.base))
     for _ in range(_MOST_STEPS):
         active = active[~(np.abs(search.value[active]) <= _ERRORS * search.error[active])]
@@ -135,12 +135,12 @@ def on_curves(
             break
         here = search[active]
         way = here.ahead
-        search = search.updated(active, here.moved(way, *lines[active].at(patch, way)[1:]))
+        search = search.updated(active, here.moved(way, *lines[active].at(chart, way)[1:]))
     astray = ~(search.slope * wanted >= 0) | ~(np.abs(search.value) <= _MOST_ERRORS * search.error)
     here = np.flatnonzero(astray & (wanted != 0))
     if 0 < len(here) <= _MOST_ASTRAY:
-        search = search.updated(here, _bracketed(patch, lines[here], wanted[here], search[here]))
-    rays, value, error = lines.at(patch, search.way)
+        search = search.updated(here, _bracketed(chart, lines[here], wanted[here], search[here]))
+    rays, value, error = lines.at(chart, search.way)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         off = (np.abs(value) + error) / np.abs(search.slope)
         lost = (np.abs(value) > _MOST_ERRORS * error) & (off > _SMALL)
@@ -150,19 +150,19 @@ def on_curves(
     return OnCurves(place, rays, search.slope.reshape(part.shape), off.reshape(part.shape))
 
 
-def _begun(patch: Patch, lines: _Lines) -> tuple[_Search, Float[Array, " lines"]]:
+def _begun(chart: DiscChart, lines: _Lines) -> tuple[_Search, Float[Array, " lines"]]:
     """The search on the chord and next to it; by how much directions change over the length of the chord."""
     zero, first = np.zeros(len(lines.base)), np.full(len(lines.base), _FIRST)
-    (here, value, error), (beside, other, _) = lines.at(patch, zero), lines.at(patch, first)
+    (here, value, error), (beside, other, _) = lines.at(chart, zero), lines.at(chart, first)
     lever = lengths(beside.sky - here.sky) / _FIRST
     return _Search(first, zero, other, value, error, (other - value) / _FIRST), lever
 
 
-def _bracketed(patch: Patch, lines: _Lines, rising: Float[Array, " lines"], search: _Search) -> _Search:
+def _bracketed(chart: DiscChart, lines: _Lines, rising: Float[Array, " lines"], search: _Search) -> _Search:
     """The search where the secant method led to another branch of the curve, or nowhere: the nearest that will do."""
     count = len(lines.base)
     ways = np.sign(_WAYS) * _LEAST * np.expm1(np.abs(_WAYS) * np.log1p(lines.reach / _LEAST)[:, None])
-    value = lines[np.repeat(np.arange(count), len(_WAYS))].at(patch, ways.ravel())[1].reshape(count, -1)
+    value = lines[np.repeat(np.arange(count), len(_WAYS))].at(chart, ways.ravel())[1].reshape(count, -1)
     value = value * rising[:, None]
     passes = (value[:, :-1] < 0) & (value[:, 1:] >= 0)
     away = np.where(passes, np.abs(ways[:, 1:] + ways[:, :-1]), np.inf)
@@ -171,16 +171,16 @@ def _bracketed(patch: Patch, lines: _Lines, rising: Float[Array, " lines"], sear
     if not len(rows):
         return search
     low, high = ways[rows, best[rows]], ways[rows, best[rows] + 1]
-    root = bracketed_roots(lambda way, row: lines[row].at(patch, way)[1], (low, high), (rows,), **_TIGHT)
+    root = bracketed_roots(lambda way, row: lines[row].at(chart, way)[1], (low, high), (rows,), **_TIGHT)
     way = np.where(np.isfinite(root.x), root.x, (low + high) / 2)
     step = 1e-3 * (high - low)
-    (_, here, error), (_, beside, _) = (lines[rows].at(patch, w) for w in (way, way + step))
+    (_, here, error), (_, beside, _) = (lines[rows].at(chart, w) for w in (way, way + step))
     slope = (beside - here) / step
     return search.updated(rows, _Search(way + step, way, beside, here, error, slope))
 
 
-def meetings(
-    patch: Patch,
+def limb_folds(
+    chart: DiscChart,
     axes: Float[Array, "steps 2 2"],
     start: Float[Array, "steps 2"],
     stop: Float[Array, "steps 2"],
@@ -193,10 +193,10 @@ def meetings(
     def place(part: Array, *ends: Array) -> Array:
         a, b, *sides = (np.stack(ends[i : i + 2], axis=-1) for i in (0, 2, 4, 6))
         order, axes = np.zeros(len(a), int), np.stack(sides, axis=1)
-        return on_curves(patch, axes, a, b, part[:, None], order, ends[8]).place[:, 0]
+        return on_curves(chart, axes, a, b, part[:, None], order, ends[8]).place[:, 0]
 
     def value(part: Array, *ends: Array) -> Array:
-        return patch.rays(*place(part, *ends).T).ratio
+        return chart.rays(*place(part, *ends).T).ratio
 
     args = (*start.T, *stop.T, *axes.reshape(-1, 4).T, rising)
     root = bracketed_roots(value, (np.zeros(len(start)), np.ones(len(start))), args, **_TIGHT)

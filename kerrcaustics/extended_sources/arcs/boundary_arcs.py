@@ -1,11 +1,13 @@
 """Arcs: smooth pieces of the boundaries of images, as polynomials through Gauss-Legendre nodes."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.polynomial import legendre
 
-from kerrcaustics.shapes import Float, Int
+from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.rows import Rows
 
 Array = np.ndarray
@@ -23,8 +25,11 @@ _LASTING = 4
 class BoundaryArcs(Rows):
     """Arcs on the search sky, one entry each.
 
-    index: Morse index of the images that they bound; left, right: numbers of the nodes at both ends; start, stop:
-    directions there; points: directions at `NODES`; error: of the area beside the arc, square radians.
+    index: Morse index of the images that they bound.
+    left, right: Numbers of the nodes at both ends.
+    start, stop: Directions there.
+    points: Directions at `NODES`.
+    error: Error of the area beside the arc, square radians.
     """
 
     index: Int[Array, " arcs"]
@@ -36,7 +41,61 @@ class BoundaryArcs(Rows):
     error: Float[Array, " arcs"]
 
 
-def is_lost(doubtful: list[int]) -> bool:
+Pieces = TypeVar("Pieces")
+Arcs = TypeVar("Arcs", bound=Rows)
+
+
+@dataclass(frozen=True)
+class Attempt(Generic[Pieces, Arcs]):
+    """Arcs through pieces of curves, and what may be tried next.
+
+    arcs: One for each piece.
+    good: True for arcs that lie on their curves.
+    halves: Both halves of chosen pieces, by the number of the first new node.
+    """
+
+    arcs: Arcs
+    good: Bool[Array, " pieces"]
+    halves: Callable[[Bool[Array, " pieces"], int], Pieces]
+
+
+def arcs_by_halving(
+    pieces: Pieces,
+    attempt: Callable[[Pieces], Attempt[Pieces, Arcs]],
+    first: int,
+    most_halvings: int,
+    most_doubtful: int | None = None,
+) -> tuple[Arcs, int]:
+    """Arcs through pieces that are halved until these are good, and how many are not in the end.
+
+    Parameters
+    ----------
+    pieces : Pieces
+    attempt : function of pieces
+    first : int
+        Number of the first new node.
+    most_halvings : int
+        Rounds of halving.
+    most_doubtful : int, optional
+        Number of arcs in doubt above which a curve is lost and given up, as it is when their number keeps growing. None
+        if every point of the curves can be found.
+    """
+    parts: list[Arcs] = []
+    bad: list[int] = []
+    for halving in range(most_halvings + 1):
+        tried = attempt(pieces)
+        bad.append(int((~tried.good).sum()))
+        lost = most_doubtful is not None and (_is_lost(bad) or bad[-1] > most_doubtful)
+        kept = tried.good | (halving == most_halvings) | lost
+        parts.append(tried.arcs[kept])
+        if kept.all():
+            break
+        pieces = tried.halves(~kept, first)
+        first += int((~kept).sum())
+    return parts[0].joined(*parts[1:]), bad[-1]
+
+
+def _is_lost(doubtful: list[int]) -> bool:
     """True if a curve is lost, by the numbers of its arcs in doubt after each halving."""
     return len(doubtful) > _LASTING and bool((np.diff(doubtful[-_LASTING - 1 :]) > 0).all())
 

@@ -1,4 +1,4 @@
-"""The images of a uniform disc on a sphere within the viewer's radius, or in the equatorial plane, with a certificate.
+"""The images of a uniform disc on any surface, with a certificate.
 
 Their boundaries are contours on charts in which the map is smooth: the limb of the disc, the rim, where both arrivals
 at a sphere meet, and the last critical curve.
@@ -11,28 +11,30 @@ import numpy as np
 
 from kerrcaustics.beams.ends import End
 from kerrcaustics.curves.critical_curves import CriticalCurves
-from kerrcaustics.extended_sources.arcs import with_ends
-from kerrcaustics.extended_sources.area import (
+from kerrcaustics.extended_sources.arcs.area import (
+    Weight,
     closed,
     flat_from_hole,
     turns_about,
     winding,
 )
-from kerrcaustics.extended_sources.chart_arcs import LIMB, ChartArcs, arcs_along, extremes, rim_arcs
-from kerrcaustics.extended_sources.contours import contours
-from kerrcaustics.extended_sources.measured_disc import MeasuredDisc, summed
-from kerrcaustics.extended_sources.nearby_caustics import curves_near
-from kerrcaustics.extended_sources.patches import Disc, Patch, patches_in_plane, patches_within
+from kerrcaustics.extended_sources.arcs.boundary_arcs import with_ends
+from kerrcaustics.extended_sources.arcs.image_areas import DiscImages, summed
+from kerrcaustics.extended_sources.charts.chart_arcs import LIMB, ChartArcs, arcs_along, extremes, rim_arcs
+from kerrcaustics.extended_sources.charts.charts import Disc, DiscChart, charts_in_plane, charts_on_sphere
+from kerrcaustics.extended_sources.charts.contours import contours
+from kerrcaustics.extended_sources.sheets.nearby_caustics import curves_near
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.circle_arcs import arcs_of
 from kerrcaustics.images.sheets import bounding_curves
-from kerrcaustics.lens_map.domains import Ring, TwoLeaves, domain_of
+from kerrcaustics.lens_map.domains import Ring, domain_of
 from kerrcaustics.lens_map.search_sky import search_camera, search_sky
 from kerrcaustics.results.progress import in_steps
 from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.circles import Circle
 from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 from kerrcaustics.spacetime.rows import Rows
+from kerrcaustics.spacetime.sphere import angle_between, from_angles
 from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
@@ -55,45 +57,51 @@ class _Witnesses(Rows):
     second_arrival: Bool[Array, " n"]
 
 
-def measured_on_charts(
-    viewer: Viewer, surface: End, centre: Float[Array, " axes"], size: float, max_index: int, *, nested: bool = False
-) -> MeasuredDisc:
-    """The images of a disc; parameters as for `measured`."""
+def disc_images_on_charts(
+    viewer: Viewer,
+    surface: End,
+    centre: Float[Array, " axes"],
+    size: float,
+    max_index: int,
+    weight: Weight | None = None,
+    *,
+    nested: bool = False,
+) -> DiscImages:
+    """The images of a disc; parameters as for `disc_images`."""
     disc = Disc(surface, centre, size)
-    patches, curves = _patches(viewer, disc, max_index)
+    charts, curves = _charts(viewer, disc, max_index)
     parts, doubts, faults = [], [], []
-    for patch in in_steps("chart", patches):
-        outline = contours(patch)
-        arcs = arcs_along(patch, outline, _WANTED)
+    for chart in in_steps("chart", charts):
+        outline = contours(chart)
+        arcs = arcs_along(chart, outline, _WANTED)
         first = 1 + max(arcs.last_node, outline.last_node)
-        parts.append(arcs.joined(rim_arcs(patch, outline, first)))
+        parts.append(arcs.joined(rim_arcs(chart, outline, first)))
         faults += outline.remarks
         if doubtful := int(arcs.doubtful.sum()):
             doubts.append(f"{doubtful} arcs of the boundary are in doubt")
     camera = search_camera(viewer)
     witnesses, unsure = _witnesses(viewer, disc, max_index, curves, _CIRCLES[: 1 if nested else None])
-    faults += [*unsure, *_checked(camera, patches, parts, max_index, witnesses)]
-    whole = _summed(viewer, disc, max_index, parts)
-    return whole.doubted(doubts, faults)
+    faults += [*unsure, *_checked(camera, charts, parts, max_index, witnesses)]
+    whole = _summed(viewer, disc, max_index, parts, weight)
+    return whole.with_remarks(doubts, faults)
 
 
-def _patches(viewer: Viewer, disc: Disc, max_index: int) -> tuple[list[Patch], CriticalCurves | None]:
+def _charts(viewer: Viewer, disc: Disc, max_index: int) -> tuple[list[DiscChart], CriticalCurves | None]:
     """The charts of a disc, and on spheres the critical curves."""
     camera = search_camera(viewer)
     domain = domain_of(disc.surface.bare(), camera)
-    if isinstance(domain, Ring):
-        return patches_in_plane(domain, disc, max_index), None
-    assert isinstance(domain, TwoLeaves)
+    if domain.in_plane:
+        return charts_in_plane(domain, disc, max_index), None
     curves = curves_near(bounding_curves(camera, max_index, domain.surface), Circle.about(disc.centre, disc.size))
-    return patches_within(domain, curves, disc, max_index), curves
+    return charts_on_sphere(domain, curves, disc, max_index), curves
 
 
 def touching_radii_on_charts(
     viewer: Viewer, surface: End, centre: Float[Array, " axes"], size: float, max_index: int
 ) -> Float[Array, " radii"]:
-    """Radii of smaller discs whose limb touches a caustic or passes a cusp; parameters as for `measured`."""
-    patches, _ = _patches(viewer, Disc(surface, centre, size), max_index)
-    return np.sort(np.concatenate([extremes(patch, contours(patch)) for patch in patches]))
+    """Radii of smaller discs whose limb touches a caustic or passes a cusp; parameters as for `disc_images`."""
+    charts, _ = _charts(viewer, Disc(surface, centre, size), max_index)
+    return np.sort(np.concatenate([extremes(chart, contours(chart)) for chart in charts]))
 
 
 def _signs(arcs: ChartArcs, index: int | None, max_index: int) -> Float[Array, " arcs"]:
@@ -106,7 +114,7 @@ def _signs(arcs: ChartArcs, index: int | None, max_index: int) -> Float[Array, "
     return np.where(~ordinary | (of == index), sign, 0.0) * arcs.sign
 
 
-def _summed(viewer: Viewer, disc: Disc, max_index: int, parts: list[ChartArcs]) -> MeasuredDisc:
+def _summed(viewer: Viewer, disc: Disc, max_index: int, parts: list[ChartArcs], weight: Weight | None) -> DiscImages:
     """The areas within all arcs."""
     first, numbered = 0, []
     for part in parts:
@@ -121,6 +129,7 @@ def _summed(viewer: Viewer, disc: Disc, max_index: int, parts: list[ChartArcs]) 
         whole.arcs,
         lambda index: _signs(whole, index, max_index),
         max_index,
+        weight,
     )
 
 
@@ -139,13 +148,18 @@ def _witnesses(
     certificate = certificate_of(surface, viewer, max_index)
     places = _probes(disc, circles)
     searched = certificate.images(places)
-    sure, height = searched.certified, disc.height(surface.vectors(places))
+    vectors = surface.vectors(places)
+    sure, height = searched.certified, disc.height(vectors)
+    domain = certificate.domain
+    if domain.level:
+        # The viewer's own place is seen all along the rim.
+        sure = sure & (angle_between(vectors, from_angles(viewer.inclination, 0.0)) > _MARGIN * disc.size)
     remarks = []
     if not (sure & (height < 0)).any():
         remarks.append("no place within the disc has certified images")
     images = searched.images[sure[searched.images.star]]
     witnesses = _Witnesses(images.sky, height[images.star] < 0, images.second_arrival)
-    critical = _of_curves(disc, curves, max_index) if curves else _of_folds(viewer, disc, max_index, circles)
+    critical = _of_folds(domain, disc, max_index, circles) if domain.in_plane else _of_curves(disc, curves, max_index)
     return witnesses.joined(critical), remarks
 
 
@@ -171,8 +185,9 @@ def _probes(disc: Disc, circles: Float[Array, " circles"]) -> Float[Array, "plac
     return places[np.abs(height) > _MARGIN * disc.size]
 
 
-def _of_curves(disc: Disc, curves: CriticalCurves, max_index: int) -> _Witnesses:
+def _of_curves(disc: Disc, curves: CriticalCurves | None, max_index: int) -> _Witnesses:
     """Points of critical curves between images, which lie within these if the caustic does within the disc."""
+    assert curves is not None
     parts = []
     for curve in curves.curves[:max_index]:
         points = curve.points
@@ -182,10 +197,9 @@ def _of_curves(disc: Disc, curves: CriticalCurves, max_index: int) -> _Witnesses
     return _chosen(disc, parts)
 
 
-def _of_folds(viewer: Viewer, disc: Disc, max_index: int, circles: Float[Array, " circles"]) -> _Witnesses:
+def _of_folds(domain: Ring, disc: Disc, max_index: int, circles: Float[Array, " circles"]) -> _Witnesses:
     """The same in the plane, on some circles about the hole."""
-    domain, parts = domain_of(disc.surface, viewer), []
-    assert isinstance(domain, Ring)
+    parts: list[tuple[Array, Array, Array]] = []
     radius = math.hypot(*disc.centre)
     for part in circles.tolist():
         arcs = arcs_of(domain, radius + part * disc.size)
@@ -212,12 +226,12 @@ def _chosen(disc: Disc, parts: list[tuple[Array, Array, Array]]) -> _Witnesses:
 
 
 def _checked(
-    camera: Viewer, patches: list[Patch], parts: list[ChartArcs], max_index: int, witnesses: _Witnesses
+    camera: Viewer, charts: list[DiscChart], parts: list[ChartArcs], max_index: int, witnesses: _Witnesses
 ) -> list[str]:
     """Faults of the boundary of the images: ends of arcs, and windings about witnesses."""
     hole, remarks, wrong = _hole(camera), [], 0
-    for patch, part in zip(patches, parts, strict=True):
-        here = witnesses[witnesses.second_arrival == patch.second_arrival]
+    for chart, part in zip(charts, parts, strict=True):
+        here = witnesses[witnesses.second_arrival == chart.second_arrival]
         for k in (None, *range(max_index + 1)):
             sign = _signs(part, k, max_index)
             chosen = sign != 0
@@ -230,8 +244,9 @@ def _checked(
             continue
         arcs, sign = part.arcs[chosen], sign[chosen]
         points = with_ends(arcs.start, arcs.points, arcs.stop)
-        # The direction to the hole, at infinity in this plane, may belong to an image.
-        about = round(float(sign @ turns_about(hole, points)))
+        # The direction to the hole, at infinity in this plane, may belong to an image. Boundaries that run round it the
+        # other way lie about the direction away from it.
+        about = max(0, round(float(sign @ turns_about(hole, points))))
         about = about + winding(flat_from_hole(points, hole), sign, flat_from_hole(here.sky, hole))
         wrong += int((~(np.abs(about - here.inside) <= _ROUND)).sum())
     if wrong:

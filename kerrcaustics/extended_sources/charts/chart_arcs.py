@@ -6,20 +6,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from kerrcaustics.extended_sources.arcs import (
+from kerrcaustics.extended_sources.arcs.boundary_arcs import (
     AT_ENDS,
     DERIVATIVE,
     GUESSED,
     NODES,
     WEIGHTS,
+    Attempt,
     BoundaryArcs,
     along,
-    is_lost,
+    arcs_by_halving,
     values_at,
 )
-from kerrcaustics.extended_sources.chart_curves import on_curves
-from kerrcaustics.extended_sources.contours import Contours, Steps
-from kerrcaustics.extended_sources.patches import FROM_RIM, Patch
+from kerrcaustics.extended_sources.charts.chart_curves import on_curves
+from kerrcaustics.extended_sources.charts.charts import DiscChart
+from kerrcaustics.extended_sources.charts.contours import Contours, Steps
 from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.rows import Rows
 from kerrcaustics.spacetime.sphere import lengths
@@ -60,36 +61,39 @@ class ChartArcs(Rows):
         return int(max(self.arcs.left.max(initial=0), self.arcs.right.max(initial=0)))
 
 
-def arcs_along(patch: Patch, outline: Contours, wanted: float) -> ChartArcs:
+def arcs_along(chart: DiscChart, outline: Contours, wanted: float) -> ChartArcs:
     """Arcs along the steps of contours; wanted: error of the area, roughly, as a part of it."""
-    steps, parts, area = outline.steps, [_none()], 0.0
-    first, bad = outline.last_node + 1, []
-    for halving in range(_MOST_HALVINGS + 1):
-        if not len(steps):
-            break
-        arcs, off, noise, middle = _polynomials(patch, steps)
+    if not len(outline.steps):
+        return _none()
+    area = 0.0
+
+    def attempt(steps: Steps) -> Attempt[Steps, ChartArcs]:
+        nonlocal area
+        arcs, off, noise, middle = _polynomials(chart, steps)
         size = lengths(along(DERIVATIVE, arcs.arcs.points)) @ WEIGHTS
         area = area or float((size.sum() / 2) ** 2 / len(steps))
         good = (off <= wanted * area / len(steps)) | (off <= _ROUND_OFF * noise)
         good &= noise < size**2
-        bad.append(int((~good).sum()))
-        kept = good | (halving == _MOST_HALVINGS) | is_lost(bad) | (bad[-1] > _MOST_ARCS)
         doubtful = (~good & ~(arcs.arcs.error <= _SMALL * area)).astype(int)
-        parts.append(replace(arcs, doubtful=doubtful)[kept])
-        steps, first = _halved(steps[~kept], middle[~kept], first)
-    return parts[0].joined(*parts[1:])
+        return Attempt(
+            replace(arcs, doubtful=doubtful),
+            good,
+            lambda chosen, first: _halved(steps[chosen], middle[chosen], first),
+        )
+
+    return arcs_by_halving(outline.steps, attempt, outline.last_node + 1, _MOST_HALVINGS, _MOST_ARCS)[0]
 
 
 def _polynomials(
-    patch: Patch, steps: Steps
+    chart: DiscChart, steps: Steps
 ) -> tuple[ChartArcs, Float[Array, " steps"], Float[Array, " steps"], Float[Array, "steps 2"]]:
     """Arcs along steps, what they miss the curve by and its own error, as areas, and places in the middle."""
     places = np.tile(_PLACES, (len(steps), 1))
-    curve = on_curves(patch, steps.axes, steps.start, steps.stop, places, steps.order, steps.rising)
+    curve = on_curves(chart, steps.axes, steps.start, steps.stop, places, steps.order, steps.rising)
     sky = curve.rays.sky.reshape(*places.shape, 3)
     points, check = sky[:, : len(NODES)], sky[:, len(NODES) : -1]
     size = lengths(along(DERIVATIVE, points)) @ WEIGHTS
-    start, stop = (patch.rays(*ends.T).sky for ends in (steps.start, steps.stop))
+    start, stop = (chart.rays(*ends.T).sky for ends in (steps.start, steps.stop))
     beside = lengths(along(_TO_CHECK, points) - check).max(axis=1)
     # Arcs that meet must come to the node.
     apart = lengths(along(AT_ENDS, points) - np.stack([start, stop], axis=1)).max(axis=1)
@@ -97,22 +101,21 @@ def _polynomials(
     noise = curve.error.max(axis=1) * size
     error = np.where(np.isfinite(off + noise), off + noise, np.inf)
     arcs = BoundaryArcs(steps.index, steps.left, steps.right, start, stop, points, error)
-    sign = patch.sense * _side(patch, steps, curve.slope)
+    sign = chart.sense * _side(chart, steps, curve.slope)
     return ChartArcs(arcs, steps.order, sign, np.zeros(len(steps), int)), off, noise, curve.place[:, -1]
 
 
-def _side(patch: Patch, steps: Steps, slope: Float[Array, "steps parts"]) -> Float[Array, " steps"]:
+def _side(chart: DiscChart, steps: Steps, slope: Float[Array, "steps parts"]) -> Float[Array, " steps"]:
     """1 where the disc, or the images of lower index, lie to the left of a step on the chart, else -1."""
     rising = np.where(steps.rising == 0, np.sign(np.median(slope, axis=1)), steps.rising)
-    parity = patch.parity * (1.0 - 2 * ((steps.order - 1) % 2))
+    parity = chart.parity * (1.0 - 2 * ((steps.order - 1) % 2))
     return np.where(steps.order == LIMB, -rising, parity * rising)
 
 
-def _halved(steps: Steps, middle: Float[Array, "steps 2"], first: int) -> tuple[Steps, int]:
-    """Both halves of steps, and the next number of a node."""
+def _halved(steps: Steps, middle: Float[Array, "steps 2"], first: int) -> Steps:
+    """Both halves of steps; first: number of the first new node."""
     new = first + np.arange(len(steps))
-    halves = replace(steps, right=new, stop=middle).joined(replace(steps, left=new, start=middle))
-    return halves, first + len(steps)
+    return replace(steps, right=new, stop=middle).joined(replace(steps, left=new, start=middle))
 
 
 def _none() -> ChartArcs:
@@ -121,14 +124,14 @@ def _none() -> ChartArcs:
     return ChartArcs(BoundaryArcs(number, number, number, place, place, points, real), number, real, number)
 
 
-def extremes(patch: Patch, outline: Contours) -> Float[Array, " extremes"]:
+def extremes(chart: DiscChart, outline: Contours) -> Float[Array, " extremes"]:
     """Extremes of the distance of caustics within a disc from its centre."""
     steps = outline.steps[outline.steps.order > 0]
     if not len(steps):
         return np.empty(0)
     parts = np.tile((1 + _EXTREME_NODES) / 2, (len(steps), 1))
-    rays = on_curves(patch, steps.axes, steps.start, steps.stop, parts, steps.order, steps.rising).rays
-    distance = patch.disc.distance(rays.place).reshape(parts.shape)
+    rays = on_curves(chart, steps.axes, steps.start, steps.stop, parts, steps.order, steps.rising).rays
+    distance = chart.disc.distance(rays.place).reshape(parts.shape)
     values = []
     for row in chebyshev.chebfit(_EXTREME_NODES, distance.T, len(_EXTREME_NODES) - 1).T:
         roots = chebyshev.chebroots(chebyshev.chebder(row))
@@ -137,40 +140,39 @@ def extremes(patch: Patch, outline: Contours) -> Float[Array, " extremes"]:
     return np.concatenate(values)
 
 
-def rim_arcs(patch: Patch, outline: Contours, first: int) -> ChartArcs:
+def rim_arcs(chart: DiscChart, outline: Contours, first: int) -> ChartArcs:
     """Arcs of the rim of a chart, where it leads to the disc; first: number of the first new node."""
-    if not patch.rim:
+    if not chart.rim:
         return _none()
-    height = patch.high if patch.rim > 0 else patch.low
-    here = np.flatnonzero(np.abs(outline.nodes.place[:, 1] - height) <= _CLOSE * (patch.high - patch.low))
+    height = chart.high if chart.rim > 0 else chart.low
+    here = np.flatnonzero(np.abs(outline.nodes.place[:, 1] - height) <= _CLOSE * (chart.high - chart.low))
     phase = outline.nodes.place[here, 0] % _TURN
     order = np.argsort(phase)
     here, phase = outline.nodes.number[here][order], phase[order]
     if not len(here):
         here, phase, first = np.array([first]), np.zeros(1), first + 1
     low, high, left, right = phase, np.append(phase[1:], phase[0] + _TURN), here, np.roll(here, -1)
-    middle = patch.rays((low + high) / 2, np.full(len(low), height))
-    within = (middle.height < 0) & (middle.index <= patch.max_index)
+    middle = chart.rays((low + high) / 2, np.full(len(low), height))
+    within = (middle.height < 0) & (middle.index <= chart.max_index)
     parts = [_none()]
     for a, b, i, j, k in zip(low[within], high[within], left[within], right[within], middle.index[within], strict=True):
         count = math.ceil((b - a) / _LONGEST)
         numbers = np.concatenate([[i], first + np.arange(count - 1), [j]])
         first += count - 1
-        parts.append(_rim(patch, height, np.linspace(a, b, count + 1), numbers, int(k)))
+        parts.append(_rim(chart, height, np.linspace(a, b, count + 1), numbers, int(k)))
     return parts[0].joined(*parts[1:])
 
 
-def _rim(patch: Patch, height: float, phase: Array, numbers: Array, index: int) -> ChartArcs:
+def _rim(chart: DiscChart, height: float, phase: Array, numbers: Array, index: int) -> ChartArcs:
     """Arcs of the rim between edge phases."""
     count = len(numbers) - 1
     low, high = phase[:-1, None], phase[1:, None]
     at = low + (high - low) * np.append(_PLACES[:-1], [0.0, 1.0])
-    sky = patch.lines(at.ravel(), np.full(at.size, height)).reshape(*at.shape, 3)
+    sky = chart.lines(at.ravel(), np.full(at.size, height)).reshape(*at.shape, 3)
     points, check = sky[:, : len(NODES)], sky[:, len(NODES) : -2]
     size = lengths(along(DERIVATIVE, points)) @ WEIGHTS
-    # What lies between the chart and the rim is narrower than this part of its distance from the hole.
-    off = (lengths(along(_TO_CHECK, points) - check).max(axis=1) + FROM_RIM**2) * size
+    off = (lengths(along(_TO_CHECK, points) - check).max(axis=1) + chart.gap) * size
     arcs = BoundaryArcs(np.full(count, index), numbers[:-1], numbers[1:], sky[:, -2], sky[:, -1], points, off)
     # Above the lower side of a chart the disc lies to the left, below the upper one to the right.
-    sign = np.full(count, -patch.rim * patch.sense)
+    sign = np.full(count, -chart.rim * chart.sense)
     return ChartArcs(arcs, np.full(count, RIM), sign, np.zeros(count, int))

@@ -14,15 +14,16 @@ import numpy as np
 from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import End
 from kerrcaustics.beams.trace import beams_of_directions
-from kerrcaustics.extended_sources.arcs import (
+from kerrcaustics.extended_sources.arcs.boundary_arcs import (
     DERIVATIVE,
     GUESSED,
     NODES,
     WEIGHTS,
+    Attempt,
     BoundaryArcs,
     along,
+    arcs_by_halving,
     at_nodes,
-    is_lost,
     values_at,
     with_ends,
 )
@@ -124,12 +125,11 @@ class Limb:
         # Each arc brings a node to a place of its own along the limb.
         start, stop = np.split(at_nodes(guessed.links.left, guessed.links.right, ends), 2)
         guessed = replace(guessed, start=start, stop=stop)
-        parts: list[BoundaryArcs] = []
-        bad: list[int] = []
-        for halving in range(_MOST_HALVINGS + 1):
-            links, start, stop = guessed.links, guessed.start, guessed.stop
+
+        def attempt(pieces: tuple[GuessedArcs, Array]) -> Attempt[tuple[GuessedArcs, Array], BoundaryArcs]:
+            (guessed, size), links = pieces, pieces[0].links
             guess = self._moved(guessed.guess, guessed, GUESSED[None], size)[0]
-            points = unit(along(_TO_NODES, with_ends(start, guess, stop)))
+            points = unit(along(_TO_NODES, with_ends(guessed.start, guess, guessed.stop)))
             rate = along(DERIVATIVE, points)
             speed = lengths(rate)
             size = speed @ WEIGHTS
@@ -137,14 +137,14 @@ class Limb:
             beside, noise = ((part * speed) @ WEIGHTS for part in (np.abs(offset.length), offset.error))
             lost = (np.abs(np.einsum("anx,anx->an", rate, offset.inward)) > _MOST_COSINE * speed).any(axis=1)
             good = ~lost & ((beside <= wanted / len(links)) | (beside <= _ROUND_OFF * noise))
-            bad.append(int((~good).sum()))
-            kept = good | (halving == _MOST_HALVINGS) | is_lost(bad) | (bad[-1] > _MOST_ARCS)
-            parts.append(BoundaryArcs(links.index, links.left, links.right, start, stop, points, beside + noise)[kept])
-            if kept.all():
-                break
-            guessed, size = self._halved(guessed[~kept], points[~kept], size[~kept], first)
-            first += int((~kept).sum())
-        return parts[0].joined(*parts[1:]), bad[-1]
+            ends = links.left, links.right, guessed.start, guessed.stop
+            return Attempt(
+                BoundaryArcs(links.index, *ends, points, beside + noise),
+                good,
+                lambda chosen, first: self._halved(guessed[chosen], points[chosen], size[chosen], first),
+            )
+
+        return arcs_by_halving((guessed, size), attempt, first, _MOST_HALVINGS, _MOST_ARCS)
 
     def _halved(
         self, guessed: GuessedArcs, points: _Places, size: _OfArcs, first: int

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kerrcaustics.extended_sources.arcs import BoundaryArcs
-from kerrcaustics.extended_sources.area import Boundary, Weight, boundaries, seen_points, total
+from kerrcaustics.extended_sources.arcs.area import Boundary, Weight, boundaries, seen_points, total
+from kerrcaustics.extended_sources.arcs.boundary_arcs import BoundaryArcs
 from kerrcaustics.lens_map.search_sky import SearchSky
 from kerrcaustics.shapes import Float, Int
 
@@ -15,14 +15,21 @@ Array = np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
-class MeasuredDisc:
+class DiscImages:
     """The images of a disc on a viewer's sky.
 
-    angle: radius of the disc, radians, in the plane a length; solid_angle: of the disc, from the centre of its sphere,
-    in the plane its area, weighted by its brightness; boundaries, arcs: of the images of all indices; points: of the
-    arcs, on the viewer's sky, between their ends; sign: 1 where the image lies to the left of an arc, -1 where to the
-    right; area, error: of the images, weighted, in units of the sky; shares, share_errors: by index; moment: integral
-    of the place over the images; remarks: what is in doubt.
+    angle: Radius of the disc, radians, in the plane a length.
+    solid_angle: Solid angle of the disc from the centre of its sphere, in the plane its area; weighted by brightness.
+    arcs: Arcs that bound the images of all indices.
+    points: Places of the arcs on the viewer's sky, between their ends.
+    sign: 1 where the image lies to the left of an arc, -1 where to the right.
+    boundaries: Connected boundaries of the images.
+    area: Area of the images, weighted, in units of the sky.
+    error: Error of the area.
+    shares: Area by index.
+    share_errors: Errors of the shares.
+    moment: Integral of the place over the images.
+    remarks: What is in doubt.
     """
 
     angle: float
@@ -43,20 +50,20 @@ class MeasuredDisc:
         """True where nothing is in doubt."""
         return not self.remarks
 
-    def doubted(self, doubts: Sequence[str], faults: Sequence[str]) -> "MeasuredDisc":
+    def with_remarks(self, doubts: Sequence[str], faults: Sequence[str]) -> "DiscImages":
         """The same disc with doubts that its error covers, and with faults, which leave nothing known of the areas."""
         disc = replace(self, remarks=tuple(dict.fromkeys([*faults, *doubts, *self.remarks])))
         if not (faults or self.remarks):
             return disc
         return replace(disc, error=math.inf, share_errors=np.full(len(self.shares), math.inf))
 
-    def doubted_if_unknown(self) -> "MeasuredDisc":
+    def uncertified_unless_known(self) -> "DiscImages":
         """The same disc, not certified where its error is larger than its area."""
         if not self.certified or self.error <= self.area or self.error == 0:
             return self
         return replace(self, remarks=("the error is larger than the light",))
 
-    def between(self, low: "MeasuredDisc", high: "MeasuredDisc") -> "MeasuredDisc":
+    def interpolated(self, low: "DiscImages", high: "DiscImages") -> "DiscImages":
         """The same disc, its images between those of a smaller disc and of a larger one."""
         return replace(
             low,
@@ -67,7 +74,7 @@ class MeasuredDisc:
             shares=(low.shares + high.shares) / 2,
             share_errors=np.maximum(low.share_errors, high.share_errors) + np.abs(high.shares - low.shares) / 2,
             moment=(low.moment + high.moment) / 2,
-        ).doubted_if_unknown()
+        ).uncertified_unless_known()
 
 
 def summed(
@@ -78,7 +85,7 @@ def summed(
     signs: Callable[[int | None], Float[Array, " arcs"]],
     max_index: int,
     weight: Weight | None = None,
-) -> MeasuredDisc:
+) -> DiscImages:
     """The areas within arcs.
 
     hole: the direction to it on the search sky; disc: radius and area of the disc; signs: for one index, or for all of
@@ -101,7 +108,7 @@ def summed(
     light, off = total(bounds, len(seen_hole))
     adds_up = abs(shares.sum() - light[0]) <= share_errors.sum() + off
     chosen = sign != 0
-    return MeasuredDisc(
+    return DiscImages(
         angle=disc[0],
         solid_angle=disc[1],
         arcs=arcs[chosen],
@@ -117,7 +124,7 @@ def summed(
     )
 
 
-def outline_of(disc: MeasuredDisc, bound: Boundary) -> tuple[Float[Array, "points axes"], Int[Array, " points"]]:
+def outline_of(disc: DiscImages, bound: Boundary) -> tuple[Float[Array, "points axes"], Int[Array, " points"]]:
     """Places along a boundary, the image to the left, with the Morse index of the images there."""
     left, right = (side[bound.arcs].tolist() for side in (disc.arcs.left, disc.arcs.right))
     at: dict[int, list[int]] = {}

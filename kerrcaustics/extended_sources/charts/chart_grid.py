@@ -5,7 +5,7 @@ from copy import copy
 
 import numpy as np
 
-from kerrcaustics.extended_sources.patches import Patch
+from kerrcaustics.extended_sources.charts.charts import DiscChart
 from kerrcaustics.numerics.matching import component_of
 from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.sphere import lengths
@@ -38,10 +38,10 @@ class ChartGrid:
     retries: how often curves in the cells were in doubt.
     """
 
-    def __init__(self, patch: Patch) -> None:
-        self.patch, self.count = patch, np.array([_PHASES, _HEIGHTS])
-        self.origin = np.array([_FIRST, patch.low])
-        self.axes = np.diag(np.array([_TURN, patch.high - patch.low]) / self.count)
+    def __init__(self, chart: DiscChart) -> None:
+        self.chart, self.count = chart, np.array([_PHASES, _HEIGHTS])
+        self.origin = np.array([_FIRST, chart.low])
+        self.axes = np.diag(np.array([_TURN, chart.high - chart.low]) / self.count)
         self.turned, self.tried, self.retries = False, _MANY, 0
         self.cells = np.stack(np.meshgrid(*(np.arange(n) for n in self.count), indexing="ij"), axis=-1).reshape(-1, 2)
         self.traced()
@@ -57,16 +57,16 @@ class ChartGrid:
             corners[..., 0] %= self.count[0]
         flat, back = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
         self.corners, self.which = flat, back.reshape(-1, 4)
-        self.rays = self.patch.rays(*self.place(flat).T)
+        self.rays = self.chart.rays(*self.place(flat).T)
         if self.turned:
             twice = (2 * self.cells[:, None] + CORNERS[SIDES].sum(axis=1)).reshape(-1, 2)
             flat, back = np.unique(twice, axis=0, return_inverse=True)
-            self.middle, self.which_middle = self.patch.rays(*self.place(flat / 2).T).place, back.reshape(-1, 4)
+            self.middle, self.which_middle = self.chart.rays(*self.place(flat / 2).T).place, back.reshape(-1, 4)
 
     def near(self) -> Bool[Array, " cells"]:
         """True for cells on the limb, and those within the disc that a critical curve passes."""
         height, index = self.rays.height[self.which], self.rays.index[self.which]
-        highest = self.patch.max_index
+        highest = self.chart.max_index
         along, across = self.sides()
         reach = _REACH * np.hypot(along, across)
         known = np.isfinite(height).all(axis=1)
@@ -116,7 +116,7 @@ class ChartGrid:
             if better is not None:
                 parts += better.groups()
                 near, label = near[label != one], label[label != one]
-        longest = _LONGEST * self.patch.disc.smaller
+        longest = _LONGEST * self.chart.disc.smaller
         wide, high = along > np.maximum(longest, across / 2), across > np.maximum(longest, along / 2)
         kind = (2 * wide + high)[label]
         for one in np.unique(kind).tolist():
@@ -167,7 +167,7 @@ class ChartGrid:
         covered = np.floor(inner).astype(int)
         better.cells = np.unique((np.unique(covered, axis=0)[:, None] + _AROUND_IT).reshape(-1, 2), axis=0)
         height = better.place(better.cells[:, None] + CORNERS)[..., 1]
-        if not self.patch.open_ended and (height.min() <= self.patch.low or height.max() >= self.patch.high):
+        if not self.chart.open_ended and (height.min() <= self.chart.low or height.max() >= self.chart.high):
             return None
         better.traced()
         return better if better.near().sum() < len(piece) / 2 else None

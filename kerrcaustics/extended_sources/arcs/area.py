@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import legendre
 
-from kerrcaustics.extended_sources.arcs import (
+from kerrcaustics.extended_sources.arcs.boundary_arcs import (
     AT_ENDS,
     DERIVATIVE,
     NODES,

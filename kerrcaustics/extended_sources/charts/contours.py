@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kerrcaustics.extended_sources.chart_curves import meetings
-from kerrcaustics.extended_sources.chart_grid import CORNERS, SIDES, ChartGrid
-from kerrcaustics.extended_sources.patches import Patch
+from kerrcaustics.extended_sources.charts.chart_curves import limb_folds
+from kerrcaustics.extended_sources.charts.chart_grid import CORNERS, SIDES, ChartGrid
+from kerrcaustics.extended_sources.charts.charts import DiscChart
 from kerrcaustics.numerics.roots import bracketed_roots
 from kerrcaustics.results.progress import report
 from kerrcaustics.shapes import Float, Int
@@ -79,9 +79,9 @@ class Contours:
         return int(max(number.max(initial=-1) for number in numbers))
 
 
-def contours(patch: Patch) -> Contours:
+def contours(chart: DiscChart) -> Contours:
     """The limb of the disc of a chart, and the critical curves within the disc."""
-    grids, parts = [ChartGrid(patch)], [Contours(_no_nodes(), _no_steps(), ())]
+    grids, parts = [ChartGrid(chart)], [Contours(_no_nodes(), _no_steps(), ())]
     rays = 0
     while grids:
         rays += len(grids[-1].corners)
@@ -153,10 +153,10 @@ def _crossed(grid: ChartGrid) -> _Crossed:
     limb = np.flatnonzero((height[:, 0] < 0) != (height[:, 1] < 0))
     critical = np.flatnonzero(jump == 1)
     places = [
-        _roots(grid.patch, low[limb], step[limb], "height"),
-        _roots(grid.patch, low[critical], step[critical], "ratio"),
+        _roots(grid.chart, low[limb], step[limb], "height"),
+        _roots(grid.chart, low[critical], step[critical], "ratio"),
     ]
-    on_limb, on_curve = (grid.patch.rays(*place.T) for place in places)
+    on_limb, on_curve = (grid.chart.rays(*place.T) for place in places)
     inside = on_curve.height < 0
     count = len(limb) + int(inside.sum())
     nodes = Nodes(
@@ -168,7 +168,7 @@ def _crossed(grid: ChartGrid) -> _Crossed:
     numbers = np.full((2, len(sides)), -1)
     numbers[0, limb] = np.arange(len(limb))
     numbers[1, critical[inside]] = np.arange(len(limb), count)
-    wide = int(((jump > 1) & (height.min(axis=1) < 0) & (index.min(axis=1) <= grid.patch.max_index)).sum())
+    wide = int(((jump > 1) & (height.min(axis=1) < 0) & (index.min(axis=1) <= grid.chart.max_index)).sum())
     remarks = (f"{wide} sides of cells between images whose indices differ by more than one",) if wide else ()
     limb_nodes, curve_nodes = numbers[:, back.reshape(-1, 4)]
     return _Crossed(nodes, limb_nodes, curve_nodes, remarks)
@@ -180,13 +180,13 @@ def _wrapped(step: Float[Array, "*batch 2"]) -> Float[Array, "*batch 2"]:
     return np.stack([around, step[..., 1]], axis=-1)
 
 
-def _roots(patch: Patch, low: Array, step: Array, field: str) -> Float[Array, "sides 2"]:
+def _roots(chart: DiscChart, low: Array, step: Array, field: str) -> Float[Array, "sides 2"]:
     """Places on sides where a field of the rays vanishes."""
     if not len(low):
         return low
 
     def value(part: Array, a: Array, b: Array, c: Array, d: Array) -> Array:
-        return getattr(patch.rays(a + part * c, b + part * d), field)
+        return getattr(chart.rays(a + part * c, b + part * d), field)
 
     bracket = np.zeros(len(low)), np.ones(len(low))
     root = bracketed_roots(value, bracket, (*low.T, *step.T), **_TIGHT)
@@ -195,7 +195,7 @@ def _roots(patch: Patch, low: Array, step: Array, field: str) -> Float[Array, "s
 
 def _steps(grid: ChartGrid, crossed: _Crossed) -> tuple[Steps, tuple[str, ...]]:
     """Steps within cells, and what is in doubt."""
-    nodes, highest = crossed.nodes, grid.patch.max_index
+    nodes, highest = crossed.nodes, grid.chart.max_index
     cell, left, right, cut = _pairs(grid, crossed.limb)
     first, second = nodes.index[left], nodes.index[right]
     used = np.minimum(first, second) <= highest
@@ -204,7 +204,7 @@ def _steps(grid: ChartGrid, crossed: _Crossed) -> tuple[Steps, tuple[str, ...]]:
     rising = _rising(grid, cell, ends, cut)
     along = Steps(np.zeros(len(cell), int), first, left, right, ends[0], ends[1], _sized(grid, cell), rising)
     bent = np.flatnonzero(used & (np.abs(first - second) == 1))
-    place = meetings(grid.patch, _sized(grid, bent), ends[0][bent], ends[1][bent], rising[bent])
+    place = limb_folds(grid.chart, _sized(grid, bent), ends[0][bent], ends[1][bent], rising[bent])
     event = len(nodes.order) + np.arange(len(bent))
     steps = along[used & (first == second)].joined(
         replace(along[bent], right=event, stop=place),
@@ -248,7 +248,7 @@ def _pairs(grid: ChartGrid, at: Int[Array, "cells 4"]) -> tuple[Array, Array, Ar
     rows = [(two, *ends.T)] if len(two) else []
     four = np.flatnonzero(count == 4)
     if len(four):
-        middle = grid.patch.rays(*grid.place(grid.cells[four] + 0.5).T).height < 0
+        middle = grid.chart.rays(*grid.place(grid.cells[four] + 0.5).T).height < 0
         # The corners that are like the middle are joined through it; sides run below, right, above, left.
         joined = middle == (grid.rays.height[grid.which[four, 0]] < 0)
         rows += [

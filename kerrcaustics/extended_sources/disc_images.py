@@ -1,14 +1,16 @@
-"""The images of a uniform disc, by the method that its surface asks for."""
+"""The images of a uniform disc: by the sheet method where that serves, else or in doubt by the chart method."""
+
+from collections.abc import Callable
 
 import numpy as np
 
-from kerrcaustics.beams.ends import End, Sphere
-from kerrcaustics.extended_sources.area import Weight
-from kerrcaustics.extended_sources.contours import GIVEN_UP
-from kerrcaustics.extended_sources.measured_disc import MeasuredDisc
-from kerrcaustics.extended_sources.nearby_caustics import touching_radii
-from kerrcaustics.extended_sources.on_charts import measured_on_charts, touching_radii_on_charts
-from kerrcaustics.extended_sources.on_sheets import measured_on_sheets
+from kerrcaustics.beams.ends import End
+from kerrcaustics.extended_sources.arcs.area import Weight
+from kerrcaustics.extended_sources.arcs.image_areas import DiscImages
+from kerrcaustics.extended_sources.charts.chart_method import disc_images_on_charts, touching_radii_on_charts
+from kerrcaustics.extended_sources.charts.contours import GIVEN_UP
+from kerrcaustics.extended_sources.sheets.nearby_caustics import touching_radii
+from kerrcaustics.extended_sources.sheets.sheet_method import disc_images_on_sheets
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.sheets import sheets_of
 from kerrcaustics.results.progress import in_steps
@@ -22,7 +24,7 @@ _NEAREST, _BESIDE = 1e-7, (1e-2, 1e-3, 1e-4, 1e-5)
 _APART = 0.01
 
 
-def measured(
+def disc_images(
     viewer: Viewer,
     surface: End,
     centre: Float[np.ndarray, " axes"],
@@ -31,8 +33,8 @@ def measured(
     weight: Weight | None = None,
     *,
     nested: bool = False,
-) -> MeasuredDisc:
-    """The images of a disc.
+) -> DiscImages:
+    """The images of a disc, by the first method that certifies them.
 
     Where its limb touches a caustic, discs that are a little smaller and larger are measured instead: the area grows
     with the disc, so that it lies between theirs.
@@ -52,16 +54,38 @@ def measured(
     nested : bool
         True for a disc within one that has been measured: in the plane fewer places in it are checked.
     """
-    here = _measured(viewer, surface, centre, angle, max_index, weight, nested)
-    if here.certified or GIVEN_UP in here.remarks:
-        return here
+
+    def sheet_method(radius: float) -> DiscImages:
+        return disc_images_on_sheets(viewer, surface, centre, radius, max_index, weight).uncertified_unless_known()
+
+    def chart_method(radius: float) -> DiscImages:
+        disc = disc_images_on_charts(viewer, surface, centre, radius, max_index, weight, nested=nested)
+        return disc.uncertified_unless_known()
+
+    # The methods know nothing of each other, so that what one cannot follow the other one may.
+    follows = certificate_of(surface, viewer, max_index).follows
+    doubtful: dict[Callable[[float], DiscImages], DiscImages] = {}
+    for method in (sheet_method, chart_method) if follows else (chart_method,):
+        doubtful[method] = method(angle)
+        if doubtful[method].certified:
+            return doubtful[method]
+    for method, here in doubtful.items():
+        if GIVEN_UP not in here.remarks:
+            best = _between_neighbours(method, here)
+            if best.certified:
+                return best
+    return next(iter(doubtful.values()))
+
+
+def _between_neighbours(method: Callable[[float], DiscImages], here: DiscImages) -> DiscImages:
+    """The disc between certified ones that are a little smaller and larger; the disc itself if there are none."""
     best = here
     for part in in_steps("discs beside that of the source", (_NEAREST, *_BESIDE)):
-        low = high = _measured(viewer, surface, centre, angle * (1 - part), max_index, weight, nested)
+        low = high = method(here.angle * (1 - part))
         if low.certified:
-            high = _measured(viewer, surface, centre, angle * (1 + part), max_index, weight, nested)
+            high = method(here.angle * (1 + part))
         if high.certified:
-            best = here.between(low, high)
+            best = here.interpolated(low, high)
         # The nearest ones are close enough; of the others, the largest are known first.
         if high.certified == (part == _NEAREST):
             break
@@ -82,22 +106,3 @@ def kinks(
     radii = radii[radii < (1 + _APART) * angle]
     radii = np.select([radii < _APART * angle, radii > (1 - _APART) * angle], [0.0, angle], radii)
     return radii[np.concatenate([[True], np.diff(radii) > _APART * angle])[: len(radii)]]
-
-
-def sphere_scale(surface: End) -> float:
-    """The length along a sphere that a radian stands for: 1 on the celestial sphere, and in the plane."""
-    return float(surface.radius) if isinstance(surface, Sphere) else 1.0
-
-
-def _measured(
-    viewer: Viewer,
-    surface: End,
-    centre: Float[np.ndarray, " axes"],
-    angle: float,
-    max_index: int,
-    weight: Weight | None,
-    nested: bool,
-) -> MeasuredDisc:
-    if certificate_of(surface, viewer, max_index).follows:
-        return measured_on_sheets(viewer, surface, centre, angle, max_index, weight).doubted_if_unknown()
-    return measured_on_charts(viewer, surface, centre, angle, max_index, nested=nested).doubted_if_unknown()

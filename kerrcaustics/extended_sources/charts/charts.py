@@ -1,8 +1,8 @@
 """Charts of the search sky on which light comes from a disc, however it arrives: the map is smooth in them.
 
-On a sphere within the viewer's radius each arrival has its chart, the lines of domains.py: they share the rim, where
-the sky is folded and the charts are not. In the equatorial plane there is one: lines between two circles that hold the
-disc.
+On a sphere the charts are the lines of domains.py. One that rays reach once has one chart. Within the viewer's radius
+each arrival has its own: they share the rim, where the sky is folded and the charts are not. In the equatorial plane
+there is one: lines between two circles that hold the disc.
 """
 
 import math
@@ -12,11 +12,11 @@ from functools import cached_property
 
 import numpy as np
 
-from kerrcaustics.beams.ends import End, EquatorialPlane
+from kerrcaustics.beams.ends import End
 from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.curves.critical_curves import CriticalCurves
 from kerrcaustics.lens_map.circles_in_plane import Circles
-from kerrcaustics.lens_map.domains import Ring, TwoLeaves
+from kerrcaustics.lens_map.domains import OneLeaf, Ring
 from kerrcaustics.lens_map.search_sky import TOLERANCE
 from kerrcaustics.lens_map.sky_lines import lines_across, periodic
 from kerrcaustics.numerics.splines import Spline
@@ -94,11 +94,12 @@ class ChartRays(Rows):
 
 
 @dataclass(frozen=True)
-class Patch:
+class DiscChart:
     """A chart of directions by edge phase and height, on which light arrives from a disc.
 
     low, high: range of heights; rim: -1 if the lower one is the rim, 1 if the upper one is, 0 if neither is;
-    open_ended: whether the chart goes on beyond both.
+    open_ended: whether the chart goes on beyond both; gap: width of the sky between the chart and the rim, as a part of
+    the rim's distance from the hole.
     """
 
     camera: Viewer
@@ -110,6 +111,7 @@ class Patch:
     high: float
     rim: int = 0
     open_ended: bool = False
+    gap: float = FROM_RIM**2
 
     @property
     def second_arrival(self) -> bool:
@@ -148,17 +150,15 @@ class Patch:
         )
 
 
-def patches_within(domain: TwoLeaves, curves: CriticalCurves, disc: Disc, max_index: int) -> list[Patch]:
-    """The charts of both arrivals, as far as the last of the curves."""
+def charts_on_sphere(domain: OneLeaf, curves: CriticalCurves, disc: Disc, max_index: int) -> list[DiscChart]:
+    """The charts of all arrivals, as far as the last of the curves."""
     camera, surface = domain.camera, domain.surface
     frame = camera.frame()
+    phases = _TURN * np.arange(_LINES) / _LINES
     last = float(curves.curves[-1].points.depth.max()) + _BEYOND
 
     def sky(phase: Array, depth: Array) -> Array:
         return sky_from_line_of_sight(frame, domain.line_of_sight(phase, depth)[0])
-
-    if not domain.has_rim:
-        return [Patch(camera, disc, surface, max_index, sky, 0.0, last)]
 
     def falling(phase: Array, height: Array) -> Array:
         return sky(phase, height * domain.rim(phase))
@@ -166,20 +166,24 @@ def patches_within(domain: TwoLeaves, curves: CriticalCurves, disc: Disc, max_in
     def rising(phase: Array, height: Array) -> Array:
         return sky(phase, height + domain.rim(phase))
 
-    phases = _TURN * np.arange(_LINES) / _LINES
+    def once(phase: Array, height: Array) -> Array:
+        return sky(phase, height + domain.first(phase))
+
+    if not domain.has_rim:
+        rim, deepest = -1 if domain.level else 0, last - float(domain.first(phases).min())
+        return [DiscChart(camera, disc, surface, max_index, once, 0.0, deepest, rim, gap=domain.gap)]
     beyond = max(last - float(domain.rim(phases).min()), _BEYOND)
     second = surface.at_second_arrival()
     return [
-        Patch(camera, disc, surface, max_index, falling, 0.0, 1 - FROM_RIM, 1),
-        Patch(camera, disc, second, max_index, rising, FROM_RIM, beyond, -1),
+        DiscChart(camera, disc, surface, max_index, falling, 0.0, 1 - FROM_RIM, 1),
+        DiscChart(camera, disc, second, max_index, rising, FROM_RIM, beyond, -1),
     ]
 
 
-def patches_in_plane(domain: Ring, disc: Disc, max_index: int) -> list[Patch]:
+def charts_in_plane(domain: Ring, disc: Disc, max_index: int) -> list[DiscChart]:
     """The chart of the lines between two circles about the hole that hold the disc; ValueError if they are not seen."""
     radius, horizon = float(lengths(disc.centre)), kerr.horizon(domain.camera.spin)
     nearest, around = radius - disc.size, max(_AROUND * disc.size, _LEAST_AROUND * (radius - horizon))
-    assert isinstance(domain.surface, EquatorialPlane)
     radii = np.array([max(radius - around, horizon + _FROM_HORIZON * (nearest - horizon)), radius + around])
     for many in (False, True):
         circles = domain.circles(many=many)
@@ -198,7 +202,7 @@ def patches_in_plane(domain: Ring, disc: Disc, max_index: int) -> list[Patch]:
         low, high = rims(phase).T
         return unit(lines_across(camera, phase).sky(low + height * (high - low)))
 
-    return [Patch(camera, disc, domain.surface.bare(), max_index, sky, 0.0, 1.0, open_ended=True)]
+    return [DiscChart(camera, disc, domain.surface.bare(), max_index, sky, 0.0, 1.0, open_ended=True)]
 
 
 def _between(circles: Circles, radii: Float[Array, " 2"], guesses: list[Spline]) -> Spline:

@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from kerrcaustics.beams.trace import beams_of_directions
-from kerrcaustics.extended_sources.arcs import GUESSED
-from kerrcaustics.extended_sources.limb import GuessedArcs
+from kerrcaustics.extended_sources.arcs.boundary_arcs import GUESSED
+from kerrcaustics.extended_sources.sheets.limb import GuessedArcs
 from kerrcaustics.images.search import ImageSearch, search
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.lens_map.search_sky import TOLERANCE
@@ -32,7 +32,7 @@ _POINTS, _SURE = 12, 0.3
 _PARTS = (GUESSED + 1) / 2
 
 
-def of_branches(branches: Branches) -> GuessedArcs:
+def from_level_curve(branches: Branches) -> GuessedArcs:
     """Guesses along the links of a level curve."""
     links, nodes = branches.links, branches.nodes
     kinds, cubics = branches.kinds(links), branches.cubics(links)
@@ -46,7 +46,7 @@ def _guess(chart: Chart, kinds: Int[Array, " arcs"], cubics: Cubics) -> Float[Ar
     return np.stack([chart.sky(kinds, cubics.at(np.full(len(kinds), part))) for part in _PARTS], axis=1)
 
 
-def of_small_images(
+def without_caustic(
     sheets: Sheets, circle: Circle, extra_places: Float[Array, "places 3"]
 ) -> tuple[GuessedArcs | None, ImageSearch]:
     """Guesses for a disc that no caustic reaches, and the search for images of other places and of its limb.

@@ -1,0 +1,1 @@
+"""Arcs that bound images, and the areas within them."""

@@ -1,0 +1,1 @@
+"""Images of a disc by contours on charts."""

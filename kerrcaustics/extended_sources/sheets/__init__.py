@@ -1,0 +1,1 @@
+"""Images of a disc by the limb as a level curve, sheet by sheet."""

@@ -1,0 +1,90 @@
+"""The two methods for the images of a disc, which know nothing of each other: the same areas, and honest errors."""
+
+import math
+
+import numpy as np
+import pytest
+
+import kerrcaustics as kc
+from kerrcaustics.beams.ends import Sphere, end_of
+from kerrcaustics.extended_sources.charts.chart_method import disc_images_on_charts
+from kerrcaustics.extended_sources.sheets.sheet_method import disc_images_on_sheets
+from kerrcaustics.scripts import STUDIES
+from kerrcaustics.spacetime.sphere import from_angles
+
+TWIN = STUDIES.module("extended_sources.twin")
+# Relative difference of both areas that rounding explains, where the errors are smaller still.
+ROUNDING = 1e-11
+# Spin, radius, size of the disc, highest Morse index: near, far and farthest.
+FEW = [(0.9, 12.0, 0.05, 1), (0.999, 800.0, 0.003, 0), (0.4, 3e5, 0.2, 0)]
+
+
+def assert_methods_agree(viewer, surface, centre, size, max_index):
+    """Both methods certify the disc, and agree to rounding or to the sum of their errors, whichever is larger."""
+    sheets = disc_images_on_sheets(viewer, surface, centre, size, max_index, None)
+    charts = disc_images_on_charts(viewer, surface, centre, size, max_index)
+    assert sheets.certified and charts.certified, (sheets.remarks, charts.remarks)
+    most = np.maximum(ROUNDING * np.abs(sheets.shares), sheets.share_errors + charts.share_errors)
+    assert (np.abs(sheets.shares - charts.shares) <= most).all()
+    difference = abs(sheets.area - charts.area)
+    assert difference <= max(ROUNDING * sheets.area, sheets.error + charts.error)
+    return difference / sheets.area
+
+
+@pytest.mark.parametrize(("spin", "radius", "size", "max_index"), FEW)
+def test_sheets_and_charts_agree(spin, radius, size, max_index):
+    viewer = kc.Camera(spin, radius, 1.3, "fiducial")
+    assert_methods_agree(viewer, end_of(viewer, math.inf), from_angles(1.2, 2.7), size, max_index)
+
+
+def test_sheets_and_charts_agree_where_the_direction_away_from_the_hole_shows_the_disc():
+    viewer = kc.Camera(0.9, 12.0, 1.3, "fiducial")
+    assert_methods_agree(viewer, end_of(viewer, math.inf), from_angles(1.3, 0.02), 0.1, 0)
+
+
+@pytest.mark.slow
+def test_sheets_and_charts_agree_on_a_sphere_of_the_viewers_radius():
+    viewer = kc.Camera(0.9, 12.0, 1.3, "fiducial")
+    assert_methods_agree(viewer, Sphere(12.0), from_angles(1.2, 2.7), 0.1, 1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", [(1.25, 0.05), (1.3, 0.01)])
+def test_disc_about_the_viewer_on_the_viewers_sphere_is_the_sum_over_rays(place):
+    """The sky is cut off where rays leave horizontally: the charts have this edge, and the sheets leave it to them."""
+    viewer, size = kc.Camera(0.9, 12.0, 1.3, "fiducial"), 0.2
+    seen = kc.magnification(viewer, place, size * 12.0, max_index=1, end=12.0)
+    sheets = disc_images_on_sheets(viewer, Sphere(12.0), from_angles(*place), size, 1, None)
+    assert seen.certified and sheets.remarks == ("the viewer lies within the disc",)
+    expected, error = TWIN.summed(viewer, from_angles(*place), size, 1, surface=Sphere(12.0))
+    assert abs(seen.total - expected) < 3 * error + 5e-4 * expected
+
+
+@pytest.mark.slow
+def test_sheets_and_charts_agree_on_random_discs():
+    chance, differences = np.random.default_rng(1), []
+    for _ in range(60):
+        spin = float(chance.choice([0.0, 0.999])) if chance.uniform() < 0.2 else float(chance.uniform(0, 0.999))
+        radius = 6 * 10 ** float(chance.uniform(0, 4.5))
+        viewer = kc.Camera(spin, radius, math.acos(float(chance.uniform(-0.99, 0.99))), "fiducial")
+        if chance.uniform() < 0.1:
+            viewer = kc.Observer(spin=spin, inclination=viewer.inclination)
+        surface = end_of(viewer, math.inf)
+        if isinstance(viewer, kc.Camera) and chance.uniform() < 0.3:
+            surface = Sphere(radius * 20 ** float(chance.uniform(0.05, 1)))
+        centre = from_angles(math.acos(float(chance.uniform(-1, 1))), float(chance.uniform(0, 2 * math.pi)))
+        size, max_index = 10 ** float(chance.uniform(-3, math.log10(0.5))), int(chance.integers(0, 3))
+        differences.append(assert_methods_agree(viewer, surface, centre, size, max_index))
+    # Most differences are far below the errors: these are bounds.
+    assert np.median(differences) < ROUNDING
+
+
+@pytest.mark.slow
+def test_disc_that_the_sheets_leave_in_doubt_is_left_to_the_charts():
+    viewer, place, size, max_index = kc.Camera(0.505, 31.88, 1.508, "fiducial"), (1.727435402, 8.451490241), 4.29e-5, 2
+    sheets = disc_images_on_sheets(viewer, end_of(viewer, math.inf), from_angles(*place), size, max_index, None)
+    seen = kc.magnification(viewer, place, size, max_index=max_index)
+    assert not sheets.certified and seen.certified and seen.error < 1e-6 * seen.total
+    # The light of a disc between others of nearly its size.
+    beside = [kc.magnification(viewer, place, size * (1 + step), max_index=max_index) for step in (-1e-3, 1e-3)]
+    assert beside[0].total * (1 - 1e-3) ** 2 < seen.total < beside[1].total * (1 + 1e-3) ** 2
