@@ -234,6 +234,14 @@ def leaves_of(surface: End, camera: Viewer) -> OneLeaf:
     return domain
 
 
+def ring_of(surface: End, camera: Viewer) -> Ring:
+    """The domain of the equatorial plane; TypeError for another surface."""
+    domain = domain_of(surface, camera)
+    if not isinstance(domain, Ring):
+        raise TypeError(f"{surface.in_words()} is not reached in a ring about the shadow edge")
+    return domain
+
+
 @domain_of.register
 def _of_sky(surface: CelestialSphere, camera: Viewer) -> Domain:
     return OneLeaf(camera, surface, unbounded=math.isinf(camera.radius))

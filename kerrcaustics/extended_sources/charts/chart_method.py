@@ -27,7 +27,7 @@ from kerrcaustics.extended_sources.sheets.nearby_caustics import curves_near
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.circle_arcs import arcs_of
 from kerrcaustics.images.sheets import bounding_curves
-from kerrcaustics.lens_map.domains import Ring, domain_of
+from kerrcaustics.lens_map.domains import Ring, leaves_of, ring_of
 from kerrcaustics.lens_map.search_sky import search_camera, search_sky
 from kerrcaustics.results.progress import in_steps
 from kerrcaustics.shapes import Bool, Float
@@ -89,9 +89,10 @@ def disc_images_on_charts(
 def _charts(viewer: Viewer, disc: Disc, max_index: int) -> tuple[list[DiscChart], CriticalCurves | None]:
     """The charts of a disc, and on spheres the critical curves."""
     camera = search_camera(viewer)
-    domain = domain_of(disc.surface.bare(), camera)
-    if domain.in_plane:
-        return charts_in_plane(domain, disc, max_index), None
+    surface = disc.surface.bare()
+    if surface.in_plane:
+        return charts_in_plane(ring_of(surface, camera), disc, max_index), None
+    domain = leaves_of(surface, camera)
     curves = curves_near(bounding_curves(camera, max_index, domain.surface), Circle.about(disc.centre, disc.size))
     return charts_on_sphere(domain, curves, disc, max_index), curves
 
@@ -159,8 +160,10 @@ def _witnesses(
         remarks.append("no place within the disc has certified images")
     images = searched.images[sure[searched.images.star]]
     witnesses = _Witnesses(images.sky, height[images.star] < 0, images.second_arrival)
-    critical = _of_folds(domain, disc, max_index, circles) if domain.in_plane else _of_curves(disc, curves, max_index)
-    return witnesses.joined(critical), remarks
+    if surface.in_plane:
+        ring = ring_of(surface.bare(), search_camera(viewer))
+        return witnesses.joined(_of_folds(ring, disc, max_index, circles)), remarks
+    return witnesses.joined(_of_curves(disc, curves, max_index)), remarks
 
 
 def _probes(disc: Disc, circles: Float[Array, " circles"]) -> Float[Array, "places 2"]:
