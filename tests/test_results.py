@@ -60,11 +60,15 @@ def test_equality_sees_every_field(kind):
     assert made != 1
 
 
+# Records that have changed once since others rely on them.
+SECOND = {f"kerrcaustics/{name}/2" for name in ("event", "light-curve", "source-event", "spot-event")}
+
+
 @for_each(kind=KINDS, count=[0, 1, 3])
 def test_a_record_is_json_whose_names_say_the_unit(kind, count):
     made = example(kind, count)
     entry = json.loads(json.dumps(kc.record(made, points=True), allow_nan=False))
-    assert re.fullmatch(r"kerrcaustics/[a-z-]+/[12]", entry["schema"])
+    assert re.fullmatch(r"kerrcaustics/[a-z-]+/1", entry["schema"]) or entry["schema"] in SECOND
     layout = LAYOUTS[kind]
     for name in layout.names + layout.points + layout.rows:
         if "=" in name:
