@@ -5,6 +5,7 @@ import json
 import math
 
 import numpy as np
+import problems
 import pytest
 from command_line import run
 from scipy.integrate import quad
@@ -196,20 +197,12 @@ def test_steep_and_narrow_profiles_on_a_cusp():
     assert abs(narrow.total - 0.94260369) < 1e-8 + narrow.error
 
 
-DISCS = [
-    (CAMERA, (1.2, 0.7), 0.1, 2),
-    (CAMERA, (1.2, 2.7), 0.1, 2),
-    (kc.Camera(0.9, 10.0, 1.2, (0.0, 0.3, 0.3)), (1.94, 3.14), 0.2, 1),
-    (kc.Camera(0.0, 10.0), (math.pi / 2, math.pi), 0.3, 1),
-]
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize(("camera", "star", "size", "max_index"), DISCS)
-def test_discs_agree_with_sums_over_rays(camera, star, size, max_index):
-    seen = kc.magnification(camera, star, size, max_index=max_index)
+@problems.each(problems.DISCS, lambda problem: problem.end == math.inf)
+def test_discs_agree_with_sums_over_rays(problem):
+    seen = problems.magnified(problem)
     assert seen.certified
-    expected, error = TWIN.summed(camera, from_angles(*star), size, max_index)
+    expected, error = TWIN.summed(problem.viewer, from_angles(*problem.place), problem.size, problem.max_index)
     assert abs(seen.total - expected) < 3 * error + 5e-4 * expected and error < 1e-2 * expected
 
 

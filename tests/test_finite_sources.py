@@ -5,6 +5,7 @@ import math
 from pathlib import Path
 
 import numpy as np
+import problems
 import pytest
 from command_line import run
 
@@ -138,40 +139,28 @@ def test_all_images_of_that_source_by_newton_s_method_with_the_integrator():
     np.testing.assert_allclose(light.q, other.q, rtol=0, atol=1e-9)
 
 
-# Star, radius of its sphere, images of a high index: N and time, by Newton's method in 50 digits.
+# Of points of the table: images of the highest index, N and time, by Newton's method in 50 digits.
 DEEP = {
-    "falling in": (
-        CAMERA,
-        (1.7, 3.1),
-        1.46,
-        4,
-        [
-            ([-0.9637740600047865, -0.26494504529083474, 0.030719443968399655], 110.41806682462895),
-            ([-0.9566945970587004, -0.24322736136862189, -0.15992466551582565], 93.48176396475293),
-            ([-0.9333172690399605, -0.15519321439041867, 0.32378069973202483], 76.78701095751626),
-            ([-0.9218799071756297, -0.10376283880157608, -0.3733238674792847], 80.71925658741407),
-        ],
-    ),
-    "moving": (
-        kc.Camera(0.95, 200.0, 0.5, (0.1, 0.2, 0.3)),
-        (2.3, 1.0),
-        1000.0,
-        5,
-        [([-0.9741388236233354, 0.11494496293772505, -0.19452816712494206], 1288.9635994583202)],
-    ),
+    "falling in": [
+        ([-0.9637740600047865, -0.26494504529083474, 0.030719443968399655], 110.41806682462895),
+        ([-0.9566945970587004, -0.24322736136862189, -0.15992466551582565], 93.48176396475293),
+        ([-0.9333172690399605, -0.15519321439041867, 0.32378069973202483], 76.78701095751626),
+        ([-0.9218799071756297, -0.10376283880157608, -0.3733238674792847], 80.71925658741407),
+    ],
+    "far source": [([-0.9741388236233354, 0.11494496293772505, -0.19452816712494206], 1288.9635994583202)],
 }
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", DEEP)
 def test_images_next_to_the_shadow_edge_are_known_to_round_off(name):
-    camera, star, end, index, true = DEEP[name]
-    images = kc.star_images(camera, star, index, end=end)
-    assert images.certified and (images.index == index).sum() == len(true)
+    problem, true = problems.POINTS[name], DEEP[name]
+    images = kc.star_images(problem.viewer, problem.place, problem.max_index, end=problem.end)
+    assert images.certified and (images.index == problem.max_index).sum() == len(true)
     for sky, time in true:
         away = np.linalg.norm(images.sky - sky, axis=1)
         i = int(np.argmin(away))
-        assert images.index[i] == index and away[i] < 2e-14 and away[i] <= images.error[i] < 1e-13
+        assert images.index[i] == problem.max_index and away[i] < 2e-14 and away[i] <= images.error[i] < 1e-13
         assert abs(images.time[i] - time) < images.time_error[i] < 1e-11
 
 

@@ -6,6 +6,7 @@ import math
 from types import SimpleNamespace
 
 import numpy as np
+import problems
 import pytest
 from beam_equations import Event
 from command_line import run
@@ -303,22 +304,10 @@ def test_a_ball_crosses_a_caustic_as_a_disc_crosses_a_fold():
     assert ball.flux[far] == pytest.approx(point.flux, rel=2e-3)
 
 
-NEAR = kc.Camera(spin=0.7, radius=14.0, inclination=1.3, velocity=(0.1, -0.2, 0.3))
-SIX = {
-    "circular": (CAMERA, 8.0, 300.0),
-    "retrograde, moving camera": (NEAR, lambda t: (10.0, math.pi / 2, 0.5 - 0.03 * t), 40.0),
-    "inclined": (CAMERA, INCLINED, 150.0),
-    "eccentric": (CAMERA, kc.Orbit.kepler(25.0, 0.6, 0.8, 0.2, 0.4), 200.0),
-    "plunging": (NEAR, kc.Orbit.geodesic(6.0, 1.4, 2.0, (-0.4, 0.05, 0.2)), 20.0),
-    "at rest": (NEAR, lambda t: (5.0, 0.6, 2.5), 0.0),
-}
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("name", SIX)
-def test_light_of_balls_is_that_of_rays_that_meet_them(name):
-    camera, orbit, time = SIX[name]
-    size = 0.01
+@problems.each(problems.BODIES, problems.in_motion)
+def test_light_of_balls_is_that_of_rays_that_meet_them(problem):
+    camera, orbit, size, time = problem.viewer, problem.place, problem.size, problem.time
     light = kc.light_curve(camera, orbit, [time], source="ball", size=size, max_index=1, searches=4)
     places = orbit if callable(orbit) else _places(orbit_of("orbit", orbit).about(camera.spin, (time - 150.0, time)))
     assert light.certified
@@ -329,20 +318,17 @@ def test_light_of_balls_is_that_of_rays_that_meet_them(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("camera", "place", "size"),
-    [
-        # 0.3 behind the hole from the axis through both, about which the rays' directions turn by 1/30 over the ball.
-        (kc.Camera(0.0, 10.0, 1.0, "fiducial"), (8.0, math.pi - 1 + 0.3 / 8, math.pi), 0.01),
-        (kc.Camera(0.0, 10.0, 1.0, "fiducial"), (8.0, math.pi - 1 + 0.3 / 8, math.pi), 0.03),
-        (NEAR, (5.0, 0.6, 2.5), 0.05),
-    ],
-)
-def test_errors_of_evenly_lit_balls_are_honest(camera, place, size):
-    light = kc.light_curve(camera, lambda t: place, [100.0], source="ball", size=size, max_index=1, searches=2)
+@problems.each(problems.BODIES, lambda problem: not problems.in_motion(problem))
+def test_errors_of_evenly_lit_balls_are_honest(problem):
+    camera, size, time = problem.viewer, problem.size, problem.time
+
+    def place(t):
+        return problem.place
+
+    light = kc.light_curve(camera, place, [time], source="ball", size=size, max_index=1, searches=2)
     assert light.certified and (light.error < 1e-3 * light.flux).all()
     images = zip(light.sky[:, 0], light.emission_time[:, 0], strict=True)
-    traced = [light_at_rest(_event(camera), lambda t: place, size, 100.0, image) / (4 * math.pi) for image in images]
+    traced = [light_at_rest(_event(camera), place, size, time, image) / (4 * math.pi) for image in images]
     assert abs(sum(traced) - light.flux[0]) < light.error[0] + 1e-7 * light.flux[0]
 
 

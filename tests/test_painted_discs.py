@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import problems
 import pytest
 
 import kerrcaustics as kc
@@ -14,36 +15,6 @@ from kerrcaustics.scripts import STUDIES
 
 TWIN = STUDIES.module("extended_sources.twin")
 NEAR = kc.Camera(0.9, 20.0, 1.2, "fiducial")
-FAR = kc.Camera(0.95, 1000.0, 1.3, "fiducial")
-FARTHEST = kc.Camera(0.5, 3e5, 1.2, "static")
-MOVING = kc.Camera(0.7, 10.0, 1.0, (0.1, 0.2, 0.4))
-EQUATORIAL = kc.Camera(0.999, 6.03)
-INFINITE = kc.Observer(spin=0.9, inclination=1.1)
-
-# Viewer, centre, radius (an angle on spheres), sphere or crossing, highest index.
-ON_SPHERES = [
-    (NEAR, (1.4, 2.9), 0.3, 8.0, 2),
-    # On the rim, and on the caustic of order 3.
-    (NEAR, (1.4, 1.3), 0.3, 8.0, 2),
-    # The direction to the hole lies within its image, next to its centre.
-    (NEAR, (1.2, 0.05), 0.2, 8.0, 2),
-    (FAR, (1.5, 3.1), 0.2, 10.0, 1),
-    (FARTHEST, (1.8, 3.1), 0.3, 20.0, 1),
-    (MOVING, (2.0, 3.0), 0.3, 7.0, 2),
-    (EQUATORIAL, (1.57, 3.0), 0.3, 4.5, 1),
-    (INFINITE, (1.9, 3.2), 0.3, 10.0, 2),
-    # Within all photon orbits.
-    (INFINITE, (1.1, 0.1), 0.3, 1.5, 0),
-]
-IN_PLANE = [
-    (NEAR, (7.0, 3.0), 1.0, 2, 2),
-    (NEAR, (5.0, 2.9), 0.5, 3, 2),
-    # On the caustic of order 2.
-    (NEAR, (6.3013, -7.6124), 0.3, 2, 2),
-    (FAR, (6.0, 3.1), 2.0, 1, 2),
-    (MOVING, (4.0, 3.3), 1.0, 2, 2),
-    (INFINITE, (6.0, 3.1), 0.5, 2, 1),
-]
 
 
 class PlainChart(DiscChart):
@@ -73,40 +44,23 @@ def test_curves_on_a_chart_report_progress_and_are_given_up_in_the_end(monkeypat
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("viewer", "place", "angle", "radius", "max_index"), ON_SPHERES)
-def test_discs_on_spheres_agree_with_sums_over_rays(viewer, place, angle, radius, max_index):
-    seen = kc.magnification(viewer, place, angle * radius, max_index=max_index, end=radius)
-    sphere = Sphere(radius)
+@problems.each(problems.DISCS, lambda problem: problem.end != math.inf)
+def test_discs_agree_with_sums_over_rays(problem):
+    viewer, end = problem.viewer, problem.end
+    seen = problems.magnified(problem)
     assert seen.certified
-    expected, error = TWIN.summed(viewer, sphere.vectors(np.array([place]))[0], angle, max_index, surface=sphere)
+    in_plane = isinstance(end, kc.EquatorialPlane)
+    surface, size = (end, problem.size) if in_plane else (Sphere(end), problem.size / end)
+    centre = surface.vectors(np.array([problem.place]))[0]
+    expected, error = TWIN.summed(viewer, centre, size, problem.max_index, surface=surface)
     assert abs(seen.total - expected) < 3 * error + 5e-4 * expected and error < 0.1 * expected
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("viewer", "place", "size", "crossing", "max_index"), IN_PLANE)
-def test_discs_in_the_plane_agree_with_sums_over_rays(viewer, place, size, crossing, max_index):
-    plane = kc.EquatorialPlane(crossing)
-    seen = kc.magnification(viewer, place, size, max_index=max_index, end=plane)
-    assert seen.certified
-    expected, error = TWIN.summed(viewer, plane.vectors(np.array([place]))[0], size, max_index, surface=plane)
-    assert abs(seen.total - expected) < 3 * error + 5e-4 * expected and error < 0.1 * expected
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("viewer", "place", "end"),
-    [
-        (NEAR, (1.4, 2.9), 8.0),
-        (INFINITE, (1.9, 3.2), 10.0),
-        (MOVING, (1.4, 1.3), 7.0),
-        (NEAR, (8.0, 2.9), kc.EquatorialPlane(1)),
-        (INFINITE, (6.0, 3.1), kc.EquatorialPlane(2)),
-        (MOVING, (5.0, 1.0), kc.EquatorialPlane(3)),
-    ],
-)
-def test_small_disc_is_as_bright_as_a_point(viewer, place, end):
-    images = kc.star_images(viewer, place, end=end)
-    seen = kc.magnification(viewer, place, 1e-4, end=end)
+@problems.each(problems.SMALL)
+def test_small_disc_is_as_bright_as_a_point(problem):
+    images = kc.star_images(problem.viewer, problem.place, end=problem.end)
+    seen = problems.magnified(problem)
     assert images.certified and seen.certified
     for k, share in seen.per_index.items():
         # What is left goes by the square of the size.
