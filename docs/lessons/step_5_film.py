@@ -107,6 +107,6 @@ plt.show()
 # Where to go next
 # ----------------
 #
-# The `overview <../overview.html>`_ has a few lines for each task; `Scene files <../scene_files.html>`_ lists all that
+# The `first page <../index.html>`_ has a few lines for each task; `Scene files <../scene_files.html>`_ lists all that
 # a scene can contain; `Films <../films.html>`_ has ready-made films. All terms introduced here are in the `glossary
 # <../glossary.html>`_.
