@@ -9,7 +9,7 @@ from pathlib import Path
 
 from docutils import nodes
 
-# For figure_gallery and module_list.
+# For figure_gallery, and for the lists of modules, keys and results.
 sys.path.insert(0, str(Path(__file__).parent))
 
 # It says of every device of other makers that it is not there.
@@ -114,9 +114,25 @@ def write_modules(app, page, source):
         source[0] = source[0].replace("<!-- modules -->", module_list())
 
 
+def write_keys(app, page, source):
+    """Put the keys of scene files into their page."""
+    if page == "scene_files":
+        from scene_keys import key_tables
+
+        source[0] = source[0].replace("<!-- keys -->", key_tables())
+
+
+def write_results(app, page, source):
+    """Put the list of results into their page."""
+    if page == "results":
+        from result_list import result_list
+
+        source[0] = source[0].replace("<!-- results -->", result_list())
+
+
 def read_again(app, env, added, changed, removed):
     """Pages that depend on more than their own file."""
-    return ["architecture", "commands"]
+    return ["architecture", "commands", "results", "scene_files"]
 
 
 def keep_numbers_whole(app, doctree, page):
@@ -142,6 +158,8 @@ def setup(app):
     """Connect what this file adds to Sphinx."""
     app.connect("source-read", write_commands)
     app.connect("source-read", write_modules)
+    app.connect("source-read", write_keys)
+    app.connect("source-read", write_results)
     app.connect("env-get-outdated", read_again)
     app.connect("doctree-resolved", keep_numbers_whole)
     app.connect("build-finished", write_explorer)

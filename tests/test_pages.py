@@ -202,6 +202,9 @@ def test_reference_and_commands_are_complete(site):
     text = (site / "api.html").read_text(encoding="utf-8")
     assert str(ROOT) not in text and "&lt;module" not in text
     assert "critical_curves.py" in (site / "architecture.html").read_text(encoding="utf-8").partition("The modules")[2]
+    assert "kerrcaustics/light-curve/2" in (site / "results.html").read_text(encoding="utf-8")
+    keys = (site / "scene_files.html").read_text(encoding="utf-8").partition("The tables")[2]
+    assert "retrograde-plunging" in keys and "[camera.path]" in keys and "&lt;!--" not in keys
     reported = (site / "commands.html").read_text(encoding="utf-8")
     names = [name for name in app if not name.startswith("-")]
     assert len(names) > 10 and all(f'id="cyclopts-kerrcaustics-{name}"' in reported for name in names)

@@ -10,7 +10,9 @@ import numpy as np
 from msgspec.structs import asdict, replace as with_entries
 
 from kerrcaustics.interop.plate_carree import is_fits
-from kerrcaustics.scene_files import contents as tables
+from kerrcaustics.scene_files import matter_tables, sky_tables
+from kerrcaustics.scene_files.contents import Contents, FlareTable
+from kerrcaustics.scene_files.table_values import GridTable
 from kerrcaustics.scene_files.validation import about, reject
 from kerrcaustics.scenes.catalogue import hipparcos, merged_catalogues, tilted_galaxy, tycho2
 from kerrcaustics.scenes.checkerboard import Checkerboard
@@ -39,28 +41,32 @@ _BEFORE_STARS = 600.0
 
 _HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 
-_THERMAL = {tables.BlackBodyTable: BlackBody, tables.PowerLawTable: PowerLaw, tables.PageThorneTable: PageThorne}
+_THERMAL = {
+    matter_tables.BlackBodyTable: BlackBody,
+    matter_tables.PowerLawTable: PowerLaw,
+    matter_tables.PageThorneTable: PageThorne,
+}
 
 
 @lru_cache(maxsize=4)
-def sky_of(table: tables.SkyTable, folder: Path, files: Files, response: ResponseLike = "cie") -> Sky | None:
+def sky_of(table: sky_tables.SkyTable, folder: Path, files: Files, response: ResponseLike = "cie") -> Sky | None:
     """The sky, None for a black one.
 
     files: names and hashes, so that a file that changed is read anew; response: to light, as for `black_body`.
     """
     with about("sky"):
         match table:
-            case tables.NoSky():
+            case sky_tables.NoSky():
                 return None
-            case tables.StarsTable():
+            case sky_tables.StarsTable():
                 return _stars(table, folder, response)
-            case tables.CheckerboardTable():
+            case sky_tables.CheckerboardTable():
                 return Checkerboard(**{key: value for key, value in asdict(table).items() if key != "radius"})
-            case tables.PanoramaTable():
+            case sky_tables.PanoramaTable():
                 return _panorama(table, folder, np.eye(3))
 
 
-def sky_radius_of(contents: tables.Contents, viewer: Viewer) -> float:
+def sky_radius_of(contents: Contents, viewer: Viewer) -> float:
     """The radius of the sphere with the sky, infinite where it is left out; ValueError unless all is within."""
     radius, disk = getattr(contents.sky, "radius", None), contents.disk
     rim = 0.0 if disk is None else disk.outer
@@ -68,7 +74,7 @@ def sky_radius_of(contents: tables.Contents, viewer: Viewer) -> float:
         return float(sky_end(viewer, math.inf if radius is None else radius, rim).radius)
 
 
-def _stars(table: tables.StarsTable, folder: Path, response: ResponseLike) -> StarField:
+def _stars(table: sky_tables.StarsTable, folder: Path, response: ResponseLike) -> StarField:
     angles = table.galaxy_tilt_deg, table.galaxy_node_deg, table.galaxy_centre_deg
     turn = tilted_galaxy(*(math.radians(angle) for angle in angles))
     catalogue = hipparcos()
@@ -85,7 +91,7 @@ def _stars(table: tables.StarsTable, folder: Path, response: ResponseLike) -> St
     return replace(stars, nebulae=picture)
 
 
-def _panorama(table: tables.PictureTable, folder: Path, frame: Array) -> Panorama:
+def _panorama(table: sky_tables.PictureTable, folder: Path, frame: Array) -> Panorama:
     """A picture; frame: rotation (3, 3) of the axes that its angles are about."""
     file = folder / table.file
     turn = frame @ oriented(np.radians(table.orientation_deg), table.mirror != is_fits(file))
@@ -94,7 +100,7 @@ def _panorama(table: tables.PictureTable, folder: Path, frame: Array) -> Panoram
 
 
 @lru_cache(maxsize=4)
-def response_of(table: str | tables.GridTable, folder: Path, files: Files) -> ResponseLike:
+def response_of(table: str | GridTable, folder: Path, files: Files) -> ResponseLike:
     """The response to colours of black bodies; files: as for `sky_of`."""
     if isinstance(table, str):
         return table
@@ -104,16 +110,21 @@ def response_of(table: str | tables.GridTable, folder: Path, files: Files) -> Re
         return MeasuredResponse.read(folder / table.file)
 
 
-def brightness_of(matter: tables.DiskTable | tables.VolumeTable, sky: tables.SkyTable) -> float:
+def brightness_of(matter: matter_tables.DiskTable | matter_tables.VolumeTable, sky: sky_tables.SkyTable) -> float:
     """The brightness of a disk or a volume: left out, one that shows before the sky."""
     if matter.brightness is not None:
         return matter.brightness
-    return _BEFORE_STARS if isinstance(sky, tables.StarsTable) else 1.0
+    return _BEFORE_STARS if isinstance(sky, sky_tables.StarsTable) else 1.0
 
 
 @lru_cache(maxsize=4)
 def disk_of(
-    table: tables.DiskTable, brightness: float, spin: float, folder: Path, files: Files, response: ResponseLike = "cie"
+    table: matter_tables.DiskTable,
+    brightness: float,
+    spin: float,
+    folder: Path,
+    files: Files,
+    response: ResponseLike = "cie",
 ) -> Disk:
     """The disk; invalid numbers raise ValueError. files, response: as for `sky_of`."""
     table = with_entries(table, inner=inner_rim(table.inner, table.motion, spin))
@@ -129,21 +140,23 @@ def disk_of(
         return Disk(table.inner, table.outer, emission, opacity, table.motion, slant, brightness)
 
 
-def _emission(table: tables.EmissionTable, disk: tables.DiskTable, folder: Path, response: ResponseLike) -> Emission:
+def _emission(
+    table: matter_tables.EmissionTable, disk: matter_tables.DiskTable, folder: Path, response: ResponseLike
+) -> Emission:
     match table:
-        case tables.BlackBodyTable() | tables.PowerLawTable() | tables.PageThorneTable():
+        case matter_tables.BlackBodyTable() | matter_tables.PowerLawTable() | matter_tables.PageThorneTable():
             return _THERMAL[type(table)](**asdict(table), response=response)
-        case tables.SwatchesTable():
+        case matter_tables.SwatchesTable():
             return Swatches(**asdict(table))
-        case tables.TextureTable():
+        case matter_tables.TextureTable():
             return Texture.read(folder / table.file, mirror=table.mirror)
-        case tables.SpotsTable():
+        case matter_tables.SpotsTable():
             return _spots(table, disk, response)
-        case tables.WispsTable():
+        case matter_tables.WispsTable():
             return Wisps(inner=float(disk.inner), outer=disk.outer, **asdict(table), response=response)
 
 
-def _spots(table: tables.SpotsTable, disk: tables.DiskTable, response: ResponseLike) -> Spots:
+def _spots(table: matter_tables.SpotsTable, disk: matter_tables.DiskTable, response: ResponseLike) -> Spots:
     """Spots that are evenly spread over the disk, and so are their temperatures."""
     low, high = table.temperature
     if not 0 < low <= high:
@@ -162,7 +175,9 @@ def _spots(table: tables.SpotsTable, disk: tables.DiskTable, response: ResponseL
 
 
 @lru_cache(maxsize=4)
-def orbiting_spots_of(table: tables.OrbitingSpotsTable, spin: float, response: ResponseLike = "cie") -> OrbitingSpots:
+def orbiting_spots_of(
+    table: matter_tables.OrbitingSpotsTable, spin: float, response: ResponseLike = "cie"
+) -> OrbitingSpots:
     """Spots at random places of random orbits; invalid numbers raise ValueError."""
     random = np.random.default_rng(table.seed)
     parts = random.random((7, table.number))
@@ -184,7 +199,7 @@ def orbiting_spots_of(table: tables.OrbitingSpotsTable, spin: float, response: R
     return spots
 
 
-def add_glare(light: Array, flare: tuple[tables.FlareTable, ...], folder: Path, scale: float) -> Array:
+def add_glare(light: Array, flare: tuple[FlareTable, ...], folder: Path, scale: float) -> Array:
     """Light (h, w, 3) after the halos of the lens, one after the other; scale: of the picture, widths go with it."""
     for i, halo in enumerate(flare):
         with about(f"light.flare[{i}]"):
@@ -192,7 +207,7 @@ def add_glare(light: Array, flare: tuple[tables.FlareTable, ...], folder: Path, 
     return light
 
 
-def point_spread(halo: tables.FlareTable, folder: Path, scale: float) -> Array:
+def point_spread(halo: FlareTable, folder: Path, scale: float) -> Array:
     """A point spread function. One from a file has the pixels of the whole picture."""
     if halo.file is not None:
         return read_picture(folder / halo.file)

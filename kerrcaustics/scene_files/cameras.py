@@ -18,15 +18,10 @@ from kerrcaustics.scene_files.camera_motion import (
     named,
     read_places,
 )
-from kerrcaustics.scene_files.contents import (
-    Contents,
-    CsvTable,
-    ExpressionsTable,
-    GeodesicTable,
-    KeyframesTable,
-    Varied,
-)
+from kerrcaustics.scene_files.camera_tables import CsvTable, ExpressionsTable, GeodesicTable, KeyframesTable
+from kerrcaustics.scene_files.contents import Contents
 from kerrcaustics.scene_files.expressions import RESERVED, Formula, Moment, check_names, formula
+from kerrcaustics.scene_files.table_values import Varied
 from kerrcaustics.scene_files.validation import SceneError, about, reject
 from kerrcaustics.spacetime.camera import Camera, Velocity
 from kerrcaustics.spacetime.observer import Observer

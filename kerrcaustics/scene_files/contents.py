@@ -1,316 +1,30 @@
-"""The tables and keys of scene files, as structs. docs/scene_files.md describes each of them."""
+"""The contents of a scene file, with the tables of its light, film and overlays."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import msgspec
 from msgspec import Meta
 
-from kerrcaustics.choices import Quality, ShutterShape, VelocityName
-from kerrcaustics.scenes.checkerboard import COLOURS, GAP_COLOUR, Along
-from kerrcaustics.scenes.colour import DAYLIGHT, Response
-from kerrcaustics.scenes.disk.disk import DiskMotion
-from kerrcaustics.scenes.disk.wisps import TemperatureLaw
-from kerrcaustics.scenes.raster import MOST_PIXELS
-from kerrcaustics.scenes.star_field import BAND, NEBULAE
+from kerrcaustics.choices import Quality, ShutterShape
+from kerrcaustics.scene_files.camera_tables import CameraTable, HoleTable, ViewTable
+from kerrcaustics.scene_files.matter_tables import DiskTable, OrbitingSpotsTable, VolumeTable
+from kerrcaustics.scene_files.sky_tables import NoSky, SkyTable, StarsTable
+from kerrcaustics.scene_files.table_values import Count, GridTable, Inclination, SceneTable, Varied
+from kerrcaustics.scenes.colour import Response
 from kerrcaustics.scenes.tones import AUTO, Curve
-from kerrcaustics.scenes.view import Projection
 
-Vector = tuple[float, float, float]
-Inclination = Annotated[float, Meta(ge=0, le=180, description="degrees")]
-PixelCount = Annotated[int, Meta(ge=1, le=MOST_PIXELS)]
-Count = Annotated[int, Meta(ge=1, le=1_000_000)]
-Seed = Annotated[int, Meta(ge=0)]
 TextPlace = Literal["upper left", "upper centre", "upper right", "lower left", "lower centre", "lower right"]
 FilmTime = Annotated[float, Meta(ge=-1e9, le=1e9)]
 
 
-class SceneTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
-    """A table of a scene file."""
-
-
-class HoleTable(SceneTable, kw_only=True, frozen=True):
-    """The hole."""
-
-    spin: float
-
-
-class ValueAt(SceneTable, kw_only=True, frozen=True):
-    """A value at a time."""
-
-    time: float
-    value: float
-
-
-Varied = float | str | tuple[ValueAt, ...]
-"""A number, an expression of t, or values at times, which a spline joins."""
-
-
-class PlaceAt(SceneTable, kw_only=True, frozen=True):
-    """A place of the camera at a time."""
-
-    time: float
-    radius: float
-    inclination_deg: float = 90.0
-    azimuth_deg: float = 0.0
-
-
-class KeyframesTable(SceneTable, kw_only=True, frozen=True, tag="keyframes", tag_field="kind"):
-    """A path through places at times."""
-
-    keyframes: tuple[PlaceAt, ...]
-
-
-class ExpressionsTable(SceneTable, kw_only=True, frozen=True, tag="expressions", tag_field="kind"):
-    """A path by expressions of the time t."""
-
-    radius: float | str
-    inclination_deg: float | str = 90.0
-    azimuth_deg: float | str = 0.0
-
-
-class GeodesicTable(SceneTable, kw_only=True, frozen=True, tag="geodesic", tag_field="kind"):
-    """A path in free fall, from a place and a velocity."""
-
-    radius: float
-    inclination_deg: Inclination = 90.0
-    azimuth_deg: float = 0.0
-    velocity: VelocityName | Vector = "circular"
-    heading_deg: float = 0.0
-    time: float = 0.0
-
-
-class CsvTable(SceneTable, kw_only=True, frozen=True, tag="csv", tag_field="kind"):
-    """A path through the places of a CSV file."""
-
-    file: str
-
-
-PathTable = KeyframesTable | ExpressionsTable | GeodesicTable | CsvTable
-
-
-class CameraTable(SceneTable, kw_only=True, frozen=True):
-    """The camera, or the observer: at a radius, or on a path."""
-
-    radius: float | None = None
-    inclination_deg: Inclination | None = None
-    azimuth_deg: float | None = None
-    velocity: VelocityName | Literal["path"] | Vector | None = None
-    path: PathTable | None = None
-
-
-class ViewTable(SceneTable, kw_only=True, frozen=True):
-    """The picture, and where the camera looks; with a size, the screen of an observer."""
-
-    width: PixelCount = 1280
-    height: PixelCount = 720
-    size: Varied | None = None
-    centre: tuple[Varied, Varied] | None = None
-    field_of_view_deg: Varied | None = None
-    projection: Projection | None = None
-    look: Literal["hole", "forward"] | Vector | None = None
-    tilt_deg: Varied = 0.0
-    yaw_deg: Varied | None = None
-    pitch_deg: Varied | None = None
-
-    def complete(self) -> "ViewTable":
-        """The view of a camera, or the screen of an observer, with what is left out."""
-        defaults = CAMERA_VIEW if self.size is None else SCREEN
-        absent = {key: value for key, value in defaults.items() if getattr(self, key) is None}
-        return msgspec.structs.replace(self, **absent)
-
-
-CAMERA_VIEW: dict[str, Any] = {
-    "field_of_view_deg": 90.0,
-    "projection": "pinhole",
-    "look": "hole",
-    "yaw_deg": 0.0,
-    "pitch_deg": 0.0,
-}
-"""Keys of a view that a screen does not have, and what they are where they are left out."""
-SCREEN: dict[str, Any] = {"centre": (0.0, 0.0)}
-"""Keys of a screen that a view of a camera does not have, and their values where they are left out."""
-
-
-class NoSky(SceneTable, kw_only=True, frozen=True, tag="none", tag_field="kind"):
-    """A black sky."""
-
-
-class PictureTable(SceneTable, kw_only=True, frozen=True):
-    """A picture of the whole sky, as photographs have it, or a chart; orientation: to the right, up, clockwise."""
-
-    file: str
-    mirror: bool = False
-    orientation_deg: float | Vector = 0.0
-    brightness: float = 1.0
-    spectrum: float | tuple[float | tuple[float, float], ...] | None = None
-
-
-class NebulaeTable(PictureTable, kw_only=True, frozen=True):
-    """A picture beside the stars, of the hole's sky or of the stars' own Galaxy."""
-
-    brightness: float = NEBULAE
-    frame: Literal["hole", "galaxy"] = "hole"
-
-
-class StarsTable(SceneTable, kw_only=True, frozen=True, tag="stars", tag_field="kind"):
-    """Stars and the galactic band; the catalogue of the package, with that of a Tycho-2 file where one is named."""
-
-    band: float = BAND
-    white: float = DAYLIGHT
-    galaxy_tilt_deg: float = 25.0
-    galaxy_node_deg: float = -60.0
-    galaxy_centre_deg: float = 60.0
-    tycho2: str | None = None
-    nebulae: NebulaeTable | None = None
-    radius: float | None = None
-
-
-class CheckerboardTable(SceneTable, kw_only=True, frozen=True, tag="checkerboard", tag_field="kind"):
-    """Paint swatches."""
-
-    rows: int = 15
-    columns: int = 30
-    gap: float = 0.16
-    colours: tuple[str, ...] = COLOURS
-    gap_colour: str = GAP_COLOUR
-    along: Along = "latitude"
-    radius: float | None = None
-
-
-class PanoramaTable(PictureTable, kw_only=True, frozen=True, tag="panorama", tag_field="kind"):
-    """A picture of the whole sky alone."""
-
-    radius: float | None = None
-
-
-SkyTable = StarsTable | CheckerboardTable | PanoramaTable | NoSky
-
-
-class BlackBodyTable(SceneTable, kw_only=True, frozen=True, tag="black-body", tag_field="kind"):
-    """A black body of a single temperature, kelvin."""
-
-    peak: float
-
-
-class PowerLawTable(SceneTable, kw_only=True, frozen=True, tag="power-law", tag_field="kind"):
-    """A temperature that falls with the radius."""
-
-    peak: float
-    exponent: float = 0.75
-    at: float = 10.0
-
-
-class PageThorneTable(SceneTable, kw_only=True, frozen=True, tag="page-thorne", tag_field="kind"):
-    """Steady accretion."""
-
-    peak: float
-
-
-class SwatchesTable(SceneTable, kw_only=True, frozen=True, tag="swatches", tag_field="kind"):
-    """Paint."""
-
-    rows: int = 5
-    columns: int = 40
-    gap: float = 0.16
-    colours: tuple[str, ...] = COLOURS
-    gap_colour: str = GAP_COLOUR
-
-
-class TextureTable(SceneTable, kw_only=True, frozen=True, tag="texture", tag_field="kind"):
-    """A picture, as it is seen from the south, or with mirror from the north."""
-
-    file: str
-    mirror: bool = False
-
-
-class SpotsTable(SceneTable, kw_only=True, frozen=True, tag="spots", tag_field="kind"):
-    """Hot spots at random places between the rims, their temperatures between two."""
-
-    number: Count
-    temperature: tuple[float, float] = (4000.0, 10000.0)
-    size: float = 0.1
-    streak: float = 0.0
-    fade: Literal["linear", "quadratic"] = "linear"
-    brightness: tuple[float, float] = (1.0, 1.0)
-    retrograde: Annotated[float, Meta(ge=0, le=1)] = 0.0
-    seed: Seed = 0
-
-
-class WispsTable(SceneTable, kw_only=True, frozen=True, tag="wisps", tag_field="kind"):
-    """Gas of uneven depth; peak, kelvin."""
-
-    peak: float
-    depth: float = 1.0
-    contrast: float = 1.0
-    seed: Seed = 0
-    law: TemperatureLaw = "black-body"
-
-
-EmissionTable = (
-    BlackBodyTable | PowerLawTable | PageThorneTable | SwatchesTable | TextureTable | SpotsTable | WispsTable
-)
-
-
-class DiskTable(SceneTable, kw_only=True, frozen=True):
-    """The disk; opacity and slant left out are 1 and true, and for wisps those of the gas itself.
-
-    brightness left out is that of a disk that shows before the sky. inner may be the innermost stable circular orbit.
-    """
-
-    inner: float | Literal["isco"]
-    outer: float
-    emission: EmissionTable
-    opacity: float | None = None
-    slant: bool | None = None
-    motion: DiskMotion = "circular"
-    brightness: float | None = None
-
-
-class GridTable(SceneTable, kw_only=True, frozen=True):
-    """Numbers in a file: a grid in space, an array in a .npy file, or curves in a text file."""
-
-    file: str
-
-
-Law = float | str | GridTable
-"""A number, an expression of r, theta and phi, or a grid."""
-
-
-class VolumeTable(SceneTable, kw_only=True, frozen=True):
-    """Matter in space; motion: a word, or an expression of r and theta.
-
-    brightness left out is that of a volume that shows before the sky.
-    """
-
-    inner: float
-    outer: float
-    density: Law
-    temperature: Law
-    scale: float | None = None
-    motion: str = "circular"
-    brightness: float | None = None
-    colour: str | GridTable | None = None
-
-
-class OrbitingSpotsTable(SceneTable, kw_only=True, frozen=True):
-    """Hot spots on circular orbits of their own, at random between pairs of numbers; in place of a volume."""
-
-    number: Count
-    inner: float
-    outer: float
-    inclination_deg: tuple[float, float] = (0.0, 0.0)
-    node_deg: tuple[float, float] = (0.0, 360.0)
-    temperature: tuple[float, float] = (4000.0, 10000.0)
-    size: float = 0.1
-    streak: float = 0.0
-    fade: Literal["linear", "quadratic"] = "linear"
-    brightness: tuple[float, float] = (1.0, 1.0)
-    retrograde: Annotated[float, Meta(ge=0, le=1)] = 0.0
-    seed: Seed = 0
-
-
 class FlareTable(SceneTable, kw_only=True, frozen=True):
-    """A halo of the lens, its width in pixels of the whole picture, or a point spread function from a file."""
+    """A halo of the lens, or a point spread function.
+
+    share: part of the light in a halo.
+    width: of the halo, in pixels of the full-size picture.
+    falloff: of the halo.
+    file: a point spread function, in place of a halo.
+    """
 
     share: float | None = None
     width: float | None = None
@@ -319,7 +33,19 @@ class FlareTable(SceneTable, kw_only=True, frozen=True):
 
 
 class LightTable(SceneTable, kw_only=True, frozen=True):
-    """Physics of the light, and how it becomes a picture; exposure may be "auto"."""
+    """Physics of the light, and how it becomes a picture.
+
+    exposure: factor applied to the light, or `"auto"` ([below](#exposure)).
+    curve: as in `tone_mapped`; `"asinh"` in front of stars, else `"linear"`, unless given.
+    softening: of `"asinh"`; 30 unless given.
+    beaming: as in `render`.
+    colour_shift: as in `render`.
+    response: as in `black_body`, or measured curves, `{file = "film.csv"}`: wavelengths in nm and sensitivities for
+        red, green and blue.
+    delay: as in `render`.
+    flare: `[[light.flare]]`, halos of the lens; unless given, in front of stars, a share of 0.2 and a width of 1/240 of
+        the height, which `flare = []` removes.
+    """
 
     exposure: Varied = AUTO
     curve: Curve | None = None
@@ -339,11 +65,23 @@ class LightTable(SceneTable, kw_only=True, frozen=True):
 
 
 # Of the halo of stars: part of their light, and its width as a part of the picture's height.
+
+
 _GLARE_SHARE, _GLARE_WIDTH = 0.2, 1 / 240
 
 
 class FilmTable(SceneTable, kw_only=True, frozen=True):
-    """The number of frames, and their times."""
+    """The number of frames, and their times.
+
+    frames: number of frames.
+    duration: in seconds, in place of `frames`.
+    rate: frames per second.
+    start: time of the first frame; unless given, that of the keyframes or the CSV file, else 0.
+    end: time of the frame that would follow the last; required unless the path has one.
+    shutter_deg: motion blur: with 360, each frame is exposed until the next one begins; with 0, and in drafts, the
+        exposure is instantaneous.
+    shutter_weight: how much each moment counts, or a list of numbers ([motion blur](scenes.md#motion-blur)).
+    """
 
     frames: Count | None = None
     duration: Annotated[float, Meta(gt=0, le=1e5, description="seconds")] | None = None
@@ -355,7 +93,23 @@ class FilmTable(SceneTable, kw_only=True, frozen=True):
 
 
 class OverlaysTable(SceneTable, kw_only=True, frozen=True):
-    """Lines and words drawn onto the picture."""
+    """Lines and words drawn onto the picture.
+
+    critical_curves: number of critical curves drawn, from the first.
+    curve_colour: of all critical curves; one for each order unless given.
+    poles: marks on the images of the two stars on the spin axis, for the same indices as `tracks`.
+    shadow_edge: the edge of the shadow.
+    tracks: tracks of stars at these θ′, if the camera circles the axis, of index 0 and 1, and higher up to the last
+        critical curve drawn.
+    labels: names of the lines: true, a list in one place; `"beside"`, beside each curve.
+    labels_place: where the list is.
+    caption: at most 500 printable characters; fields such as `{radius:.2f}` are filled in from `t`, `radius`,
+        `inclination_deg`, `azimuth_deg` and all definitions, in Python's number formats; without a format, to four
+        digits.
+    caption_place: where the caption is.
+    size: letter size, as a percentage of the picture's height; at least 10 pixels.
+    colour: of the caption and the list, such as `white` or `#FFD700`.
+    """
 
     critical_curves: Annotated[int, Meta(ge=0, le=10)] = 0
     curve_colour: str = ""
@@ -371,13 +125,29 @@ class OverlaysTable(SceneTable, kw_only=True, frozen=True):
 
 
 class Contents(SceneTable, kw_only=True, frozen=True):
-    """All of a scene file."""
+    """All of a scene file.
+
+    hole: the hole.
+    camera: the camera.
+    title: for readers.
+    quality: `"draft"` is for previews ([below](#drafts)).
+    definitions: names for numbers and expressions, for use in all expressions: at most 1000, of 100,000 characters in
+        all.
+    view: the picture.
+    sky: the sky.
+    disk: a disk.
+    volume: matter in space.
+    spots: hot spots on orbits of their own, in place of a volume.
+    light: the light.
+    film: the frames of a film.
+    overlays: lines and words.
+    """
 
     hole: HoleTable
     camera: CameraTable
     title: str = ""
     quality: Quality = "normal"
-    definitions: dict[str, float | str] = {}
+    definitions: dict[str, float | str] = msgspec.field(default_factory=dict)
     view: ViewTable = ViewTable()
     sky: SkyTable = NoSky()
     disk: DiskTable | None = None

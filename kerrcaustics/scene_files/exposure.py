@@ -8,8 +8,11 @@ import numpy as np
 
 from kerrcaustics.scene_files.builders import brightness_of
 from kerrcaustics.scene_files.cameras import CameraPath, value_at, varied
-from kerrcaustics.scene_files.contents import DiskTable, LightTable, SkyTable, ValueAt, Varied
+from kerrcaustics.scene_files.contents import LightTable
 from kerrcaustics.scene_files.expressions import Formula, Moment
+from kerrcaustics.scene_files.matter_tables import DiskTable
+from kerrcaustics.scene_files.sky_tables import SkyTable
+from kerrcaustics.scene_files.table_values import ValueAt, Varied
 from kerrcaustics.scene_files.validation import about, reject
 from kerrcaustics.scenes.tones import AUTO, auto_exposure, clipped_fraction, tone_mapped
 from kerrcaustics.shapes import Float, UInt8

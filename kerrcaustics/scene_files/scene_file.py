@@ -13,8 +13,9 @@ import numpy as np
 from kerrcaustics.choices import Quality
 from kerrcaustics.scene_files.angle_remarks import angle_remarks
 from kerrcaustics.scene_files.builders import add_glare, point_spread, sky_radius_of
+from kerrcaustics.scene_files.camera_tables import GeodesicTable
 from kerrcaustics.scene_files.cameras import CameraPath, camera_path
-from kerrcaustics.scene_files.contents import Contents, FilmTable, GeodesicTable, NoSky, OverlaysTable
+from kerrcaustics.scene_files.contents import Contents, FilmTable, OverlaysTable
 from kerrcaustics.scene_files.exposure import (
     Development,
     ExposureOverTime,
@@ -27,6 +28,7 @@ from kerrcaustics.scene_files.matter import SceneMatter
 from kerrcaustics.scene_files.named_files import named_files
 from kerrcaustics.scene_files.overrides import with_overrides
 from kerrcaustics.scene_files.renderer import rendered
+from kerrcaustics.scene_files.sky_tables import NoSky
 from kerrcaustics.scene_files.validation import about, check_contents, in_file, reject
 from kerrcaustics.scene_files.view_over_time import ViewOverTime
 from kerrcaustics.scenes.motion import ShutterMotion

@@ -7,7 +7,8 @@ from contextlib import contextmanager
 from typing import Any, NoReturn, get_args
 
 from kerrcaustics.choices import VelocityName, either
-from kerrcaustics.scene_files.contents import CAMERA_VIEW, SCREEN, Contents, GeodesicTable, PathTable
+from kerrcaustics.scene_files.camera_tables import CAMERA_VIEW, SCREEN, GeodesicTable, PathTable
+from kerrcaustics.scene_files.contents import Contents
 from kerrcaustics.scenes.motion import shutter_weight
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.kerr import checked_spin

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
 
+from kerrcaustics.scene_files.camera_tables import ViewTable
 from kerrcaustics.scene_files.cameras import CameraPath, value_at, varied
-from kerrcaustics.scene_files.contents import ViewTable
 from kerrcaustics.scene_files.orientation import axes_of
 from kerrcaustics.scene_files.validation import about, reject
 from kerrcaustics.scenes.raster import Raster

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from kerrcaustics.choices import either, near
-from kerrcaustics.scene_files import contents as tables
+from kerrcaustics.scene_files import matter_tables
 from kerrcaustics.scene_files.camera_motion import PLACE_NAMES
 from kerrcaustics.scene_files.cameras import CameraPath
 from kerrcaustics.scene_files.expressions import CONSTANTS, Formula, check_names, formula
+from kerrcaustics.scene_files.table_values import GridTable
 from kerrcaustics.scene_files.validation import SceneError, about, reject
 from kerrcaustics.scenes.colour import ResponseLike, from_srgb
 from kerrcaustics.scenes.disk.volume import VOLUME_MOTIONS, Volume, VolumeGrid, VolumeLaw
@@ -106,7 +107,7 @@ def _reduced(function: Callable[[Any, Any], Any], first: Any, rest: tuple[Any, .
     return first
 
 
-def values_in(table: tables.VolumeTable, path: CameraPath, time: float) -> Values:
+def values_in(table: matter_tables.VolumeTable, path: CameraPath, time: float) -> Values:
     """Values at a time of the names in a volume's expressions, but for those of the place."""
     expressions, moment = _formulas(table), path.at(time)
     for name in PLACE:
@@ -117,7 +118,7 @@ def values_in(table: tables.VolumeTable, path: CameraPath, time: float) -> Value
     return tuple((name, moment.named(name).value) for name in sorted(names))
 
 
-def _formulas(table: tables.VolumeTable) -> list[Formula]:
+def _formulas(table: matter_tables.VolumeTable) -> list[Formula]:
     entries = [(f"volume.{law}", getattr(table, law)) for law in ("density", "temperature")]
     if table.motion not in VOLUME_MOTIONS:
         if table.motion.strip().isidentifier():
@@ -133,7 +134,7 @@ def _formulas(table: tables.VolumeTable) -> list[Formula]:
 
 @lru_cache(maxsize=4)
 def volume_of(
-    table: tables.VolumeTable,
+    table: matter_tables.VolumeTable,
     values: Values,
     brightness: float,
     spin: float,
@@ -155,7 +156,7 @@ def volume_of(
     return volume
 
 
-def _law(table: tables.VolumeTable, name: str, values: Values, folder: Path) -> Any:
+def _law(table: matter_tables.VolumeTable, name: str, values: Values, folder: Path) -> Any:
     """Density, temperature or colour; grids beside one of the density are averaged by what their cells absorb."""
     law = getattr(table, name)
     if isinstance(law, str):
@@ -163,11 +164,11 @@ def _law(table: tables.VolumeTable, name: str, values: Values, folder: Path) -> 
             return SpaceLaw(f"volume.{name}", law, values)
         with about("volume"):
             return tuple(from_srgb(law).tolist())
-    if not isinstance(law, tables.GridTable):
+    if not isinstance(law, GridTable):
         return law
     entry, weights = f"volume.{name}.file", None
     grid = _array_in(folder / law.file, entry)
-    if name != "density" and isinstance(table.density, tables.GridTable):
+    if name != "density" and isinstance(table.density, GridTable):
         density = _array_in(folder / table.density.file, "volume.density.file")
         weights = density if density.shape == grid.shape[:3] else None
     with about("volume", values=entry):
