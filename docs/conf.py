@@ -9,7 +9,7 @@ from pathlib import Path
 
 from docutils import nodes
 
-# For figure_gallery, and for the lists of modules, keys and results.
+# For figure_gallery, and for the lists of modules, keys, variables, results and plots.
 sys.path.insert(0, str(Path(__file__).parent))
 
 # It says of every device of other makers that it is not there.
@@ -130,9 +130,25 @@ def write_results(app, page, source):
         source[0] = source[0].replace("<!-- results -->", result_list())
 
 
+def write_plots(app, page, source):
+    """Put the list of plots into their page."""
+    if page == "plots":
+        from plot_list import plot_list
+
+        source[0] = source[0].replace("<!-- plots -->", plot_list())
+
+
+def write_sweep_lists(app, page, source):
+    """Put the keys of a scene and the variables of a store into the page of sweeps."""
+    if page == "sweeps":
+        from sweep_lists import scene_table, variable_table
+
+        source[0] = source[0].replace("<!-- keys -->", scene_table()).replace("<!-- variables -->", variable_table())
+
+
 def read_again(app, env, added, changed, removed):
     """Pages that depend on more than their own file."""
-    return ["architecture", "commands", "results", "scene_files"]
+    return ["architecture", "commands", "plots", "results", "scene_files", "sweeps"]
 
 
 def keep_numbers_whole(app, doctree, page):
@@ -160,6 +176,8 @@ def setup(app):
     app.connect("source-read", write_modules)
     app.connect("source-read", write_keys)
     app.connect("source-read", write_results)
+    app.connect("source-read", write_plots)
+    app.connect("source-read", write_sweep_lists)
     app.connect("env-get-outdated", read_again)
     app.connect("doctree-resolved", keep_numbers_whole)
     app.connect("build-finished", write_explorer)

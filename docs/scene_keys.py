@@ -18,10 +18,10 @@ from kerrcaustics.scene_files.table_values import GridTable, SceneTable, ValueAt
 VALUES = (GridTable, ValueAt)
 
 
-def described(table: type[SceneTable]) -> dict[str, str]:
+def described(table: type[msgspec.Struct]) -> dict[str, str]:
     """Return the descriptions of the keys of a table, by key."""
     found: dict[str, str] = {}
-    for kind in reversed(table.__mro__[: table.__mro__.index(SceneTable)]):
+    for kind in reversed(table.__mro__[: table.__mro__.index(msgspec.Struct)]):
         lines = inspect.cleandoc(kind.__doc__ or "").partition("\n\n")[2]
         found |= {key: " ".join(text.split()) for key, text in re.findall(r"^(\w+): (.*(?:\n +.*)*)", lines, re.M)}
     return found
@@ -61,6 +61,8 @@ def default(field: msgspec.structs.FieldInfo) -> str:
         return f"{value:.12g}"
     if isinstance(value, tuple) and value and all(isinstance(part, int | float) for part in value):
         return f"[{', '.join(f'{part:.12g}' for part in value)}]"
+    if isinstance(value, tuple) and value and all(isinstance(part, str) for part in value):
+        return ", ".join(f'`"{part}"`' for part in value)
     return "required" if field.required else ""
 
 
@@ -69,15 +71,22 @@ def is_varied(hint: Any) -> bool:
     return set(members(Varied)) <= set(members(hint))
 
 
-def row(table: type[SceneTable], field: msgspec.structs.FieldInfo) -> str:
+def row(table: type[msgspec.Struct], field: msgspec.structs.FieldInfo) -> str:
     """Return the row of a key: its name, what it means with the words that it may be, and its default."""
     hint = get_type_hints(table)[field.name]
-    words = [f'`"{word}"`' for one in members(hint) if get_origin(one) is Literal for word in get_args(one)]
+    parts = [part for one in members(hint) for part in (one, *get_args(one))]
+    words = [f'`"{word}"`' for part in parts if get_origin(part) is Literal for word in get_args(part)]
     text = described(table)[field.name].rstrip(".")
     others = ", ".join(word for word in words if word not in text)
     choices = others and f" ({others})"
-    mark = " ∿" if any(is_varied(part) for one in members(hint) for part in (hint, *get_args(one))) else ""
+    mark = " ∿" if any(map(is_varied, (hint, *parts))) else ""
     return f"| `{field.name}`{mark} | {text}{choices} | {default(field)} |"
+
+
+def key_table(table: type[msgspec.Struct]) -> str:
+    """Return the keys of a table in Markdown."""
+    head = ["| key | meaning | default |", "|---|---|---|"]
+    return "\n".join(head + [row(table, field) for field in msgspec.structs.fields(table)])
 
 
 def key_tables() -> str:
@@ -88,10 +97,8 @@ def key_tables() -> str:
         name = f"**`[{path}]`** " if path else ""
         kind = f'`kind = "{tag}"`: ' if tag else ""
         summary = inspect.cleandoc(table.__doc__ or "").partition("\n\n")[0]
-        head = ["| key | meaning | default |", "|---|---|---|"]
-        rows = [row(table, field) for field in msgspec.structs.fields(table)]
         parts.append(f"{name}{kind}{' '.join(summary.split())}")
-        parts += ["\n".join(head + rows)] if rows else []
+        parts += [key_table(table)] if table.__struct_fields__ else []
     return "\n\n".join(parts)
 
 

@@ -202,7 +202,8 @@ def test_reference_and_commands_are_complete(site):
     text = (site / "api.html").read_text(encoding="utf-8")
     assert str(ROOT) not in text and "&lt;module" not in text
     assert "critical_curves.py" in (site / "architecture.html").read_text(encoding="utf-8").partition("The modules")[2]
-    assert "kerrcaustics/light-curve/2" in (site / "results.html").read_text(encoding="utf-8")
+    listed = {"plots": "DiffractionPattern", "results": "light-curve/2", "sweeps": "map_rows"}
+    assert all(word in (site / f"{name}.html").read_text(encoding="utf-8") for name, word in listed.items())
     keys = (site / "scene_files.html").read_text(encoding="utf-8").partition("The tables")[2]
     assert "retrograde-plunging" in keys and "[camera.path]" in keys and "&lt;!--" not in keys
     reported = (site / "commands.html").read_text(encoding="utf-8")

@@ -1,7 +1,9 @@
 """Plots: the data in degrees on the axes given, one colour an order, matching letters, the picture not mirrored."""
 
 import math
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from skimage.color import deltaE_ciede2000, rgb2lab
 from kerrcaustics.beams.ends import SKY
 from kerrcaustics.draw import palettes, plots, style
 from kerrcaustics.draw.projection import unrolled
+from kerrcaustics.draw.result_plots import PLOTS
 from kerrcaustics.draw.scenes import show_picture
 from kerrcaustics.draw.sky_axes import celestial_sphere_axes, draw_places
 from kerrcaustics.draw.titles import viewer_in_words
@@ -68,6 +71,19 @@ def test_distance_to_the_edge_is_accurate_when_small(gap):
     angle, distance = lines(ax)["primary"].get_data()
     np.testing.assert_allclose(distance, gap, rtol=1e-9, atol=1e-13)
     assert angle.min() < 0 and angle.max() > 360
+
+
+def test_the_page_lists_every_plot_with_its_settings(monkeypatch):
+    docs = Path(__file__).parents[1] / "docs"
+    monkeypatch.syspath_prepend(docs)
+    from plot_list import plot_list
+
+    rows = re.findall(r"^\| (`.*?) \| (.{10,}) \| (.*) \|$", plot_list(), re.MULTILINE)
+    assert sorted(name for names, _, _ in rows for name in re.findall(r"`(\w+)`", names)) == sorted(PLOTS)
+    # Each setting is said in words, too.
+    for names, text, settings in rows:
+        assert all(f"`{name}" in text for name in re.findall(r"`(\w+)=`", settings)), names
+    assert "<!-- plots -->" in (docs / "plots.md").read_text(encoding="utf-8")
 
 
 def test_unrolled_shadow_of_a_spinning_hole_has_zero_distance():

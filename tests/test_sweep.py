@@ -3,6 +3,7 @@
 import errno
 import os
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -34,6 +35,22 @@ def quick(monkeypatch):
 
     monkeypatch.setattr(engine, "computed", numbers)
     return calls
+
+
+def test_the_page_lists_all_keys_and_variables(monkeypatch):
+    docs = Path(__file__).parents[1] / "docs"
+    monkeypatch.syspath_prepend(docs)
+    from scene_keys import described
+    from sweep_lists import scene_table, variable_table
+
+    assert list(described(Scene)) == list(Scene.__struct_fields__)
+    assert all(f"| `{key}` |" in scene_table() for key in Scene.__struct_fields__)
+    rows = variable_table().splitlines()[2:]
+    assert len(rows) == 23 and all(
+        f"| `{name}` |" in "".join(rows) for name in ("phi_extent", "cusp_error", "escaping")
+    )
+    page = (docs / "sweeps.md").read_text(encoding="utf-8")
+    assert "<!-- keys -->" in page and "<!-- variables -->" in page
 
 
 def test_scene_file_says_all(tmp_path):

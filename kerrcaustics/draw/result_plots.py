@@ -68,7 +68,7 @@ def line_profile(ax: Axes, profile: LineProfile) -> Axes:
 def rendering(
     ax: Axes, rendering: Rendering | VolumeRendering, *, exposure: float | Auto = AUTO, curve: str = "asinh"
 ) -> Axes:
-    """The picture, in degrees from its middle; exposure and curve as for `tone_mapped`."""
+    """The picture, in degrees from its middle; `exposure` and `curve` as for `tone_mapped`."""
     picture = tone_mapped(np.nan_to_num(rendering.light), exposure, curve)
     return show_picture(ax, rendering.view, picture, middle=_middle(rendering.camera, rendering.view))
 
@@ -94,9 +94,9 @@ def space_points(
     disk: tuple[float, float] | None = None,
     colour: str | None = None,
 ) -> Axes:
-    """The paths as far as 20 M, the hole and a disk between two rims, along the spin axis or from the side.
+    """The paths as far as 20 M, the hole and a `disk` between two rims, from above or, `plane="xz"`, from the side.
 
-    Rays have the colour of their Morse index, captured ones are grey, unless there is a colour for all.
+    Rays have the colour of their Morse index, captured ones are grey, unless there is a `colour` for all.
     """
     one_of("plane", plane, get_args(PlaneName))
     horizon = kerr.horizon(points.spin)
@@ -201,7 +201,7 @@ def _marks(ax: Axes, names: tuple[str, ...], rows: Float[Array, "row name"], err
     ax.legend()
 
 
-_PLOTS: dict[str, Callable[..., Axes]] = {
+PLOTS: dict[str, Callable[..., Axes]] = {
     "Amplification": amplification_curve,
     "Beams": sky_results.ray_ends,
     "Camera": sky_results.shadow,
@@ -246,15 +246,16 @@ _PLOTS: dict[str, Callable[..., Axes]] = {
     "View": sky_results.picture_border,
     "VolumeRendering": rendering,
 }
+"""The functions that draw results, by the names of their classes; docs/plots.md shows what they say of themselves."""
 
 
 def plot(result: Any, ax: Axes | None = None, **settings: Any) -> Axes:
     """Draw a result on axes, new ones where none are given, and return them."""
     name = type(result).__name__
-    if name not in _PLOTS:
-        raise ValueError(f"Argument `result` must be one of {', '.join(sorted(_PLOTS))} to be drawn, but is {name}.")
+    if name not in PLOTS:
+        raise ValueError(f"Argument `result` must be one of {', '.join(sorted(PLOTS))} to be drawn, but is {name}.")
     if ax is not None:
-        return _titled(_PLOTS[name](ax, result, **settings), result)
+        return _titled(PLOTS[name](ax, result, **settings), result)
     with rc_context(style.RC):
         return plot(result, plt.figure(layout="constrained").add_subplot(), **settings)
 
@@ -279,7 +280,7 @@ def _viewer(result: Any) -> Viewer | None:
 
 def small_picture(result: Any) -> Figure | None:
     """A small figure of a result; None for one that cannot be drawn, or that holds nothing."""
-    if type(result).__name__ not in _PLOTS or _is_empty(result):
+    if type(result).__name__ not in PLOTS or _is_empty(result):
         return None
     with rc_context(style.RC):
         figure = Figure(figsize=_SMALL, layout="constrained", dpi=100)

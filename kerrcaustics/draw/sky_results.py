@@ -69,7 +69,7 @@ _CORNERS = [[0, 1, 1, 0, 0], [0, 0, 1, 1, 0]]
 
 
 def one_caustic(ax: Axes, caustic: Caustic, *, zoom: bool | None = None) -> Axes:
-    """Draw a caustic on its surface; with zoom (usual below 10 degrees on a sphere), in true shape about its middle."""
+    """The caustic, its cusps lettered; with `zoom` (usual below 10 degrees on a sphere), in its true shape."""
     if is_sphere(caustic.surface):
         zoom = is_small(caustic) if zoom is None else zoom
         draw = primary_zoom if zoom and not is_shapeless(caustic) else celestial_sphere
@@ -81,7 +81,7 @@ def one_caustic(ax: Axes, caustic: Caustic, *, zoom: bool | None = None) -> Axes
 
 
 def caustic_set(ax: Axes, caustics: CausticSet, *, sky: str = "celestial") -> Axes:
-    """The caustics on their surface, none of them torn; sky="camera": the critical curves round the shadow."""
+    """The caustics on their surface, none of them torn; `sky="camera"`: the critical curves round the shadow."""
     if sky not in ("celestial", "camera"):
         raise ValueError(f"Argument `sky` must be celestial or camera, but is {sky!r}.")
     if sky == "camera":
@@ -124,7 +124,7 @@ def event_places(ax: Axes, events: PairEvents) -> Axes:
 
 
 def one_event(ax: Axes, event: PairEvent) -> Axes:
-    """The place of the source, relative to the camera, at the event."""
+    """The place of the source, relative to the camera, at the event; in the plane, seen from above."""
     mark = {**style.event_mark(event.kind), "markeredgecolor": style.order_colour(event.order)}
     label = f"{event.kind}, order {event.order}"
     return labelled_once(draw_places(ax, event.surface, np.array([event.star]), label=label, **mark))
@@ -142,7 +142,7 @@ def footprint_places(ax: Axes, footprint: Footprint) -> Axes:
 
 
 def count_map(ax: Axes, counts: CountMap, *, caustics: CausticSet | tuple[Caustic, ...] = ()) -> Axes:
-    """Totals over the surface, one colour a count; over a sphere with caustics of the same camera."""
+    """Totals over the surface, one colour a count; over a sphere with `caustics` of the same camera."""
     if is_sphere(counts.surface):
         return count_map_axes(ax, counts, caustics)
     places = np.stack(np.meshgrid(counts.level, counts.phi, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -155,11 +155,11 @@ def star_counts(ax: Axes, counts: ImageCounts) -> Axes:
 
 
 def image_places(ax: Axes, images: StarImages, *, caustics: CausticSet | None = None) -> Axes:
-    """Draw images on the camera sky, with shadow and critical curves: a colour for each index, larger where brighter.
+    """Images on the camera sky, with shadow and critical curves: a colour for each index, larger where brighter.
 
     An image far out, twice as far as the farthest critical curve, is an arrow at the rim, with its distance.
 
-    caustics: of the same camera and surface, where they are known.
+    `caustics`: of the same camera and surface, where they are known.
     """
     places, reach = about_shadow(images.camera, images.sky), math.inf
     if not ax.has_data():
@@ -230,7 +230,7 @@ def circle_curve(ax: Axes, curve: CircleCurve) -> Axes:
 def circle_curves(ax: Axes, circle: CircleImages, *, caustics: CausticSet | None = None) -> Axes:
     """The images of the great circle, one colour an index, with shadow and critical curves.
 
-    caustics: of the same camera and surface, where they are known.
+    `caustics`: of the same camera and surface, where they are known.
     """
     if not ax.has_data():
         shadow(ax, circle.camera)
@@ -275,7 +275,7 @@ def shadow(ax: Axes, camera: Viewer) -> Axes:
 
 
 def picture_border(ax: Axes, view: Raster, *, camera: Viewer | None = None) -> Axes:
-    """The border of the picture on a viewer's sky, with the shadow; on no viewer's, about the direction -e_x."""
+    """The border of the picture on the sky of `camera`, with the shadow; on no viewer's, about the direction -e_x."""
     turn, last = np.linspace(0, 4, 801), np.array([view.width, view.height]) - 0.5
     x, y = (
         np.interp(turn, range(5), np.where(corners, end, -0.5)) for corners, end in zip(_CORNERS, last, strict=True)
@@ -295,12 +295,12 @@ def picture_border(ax: Axes, view: Raster, *, camera: Viewer | None = None) -> A
 
 
 def catalogue(ax: Axes, catalogue: StarCatalogue, *, brightest: int = 3000) -> Axes:
-    """The brightest stars, bright ones larger, in the catalogue's own directions."""
+    """The brightest stars, bright ones larger, in the catalogue's own directions; `brightest`: how many."""
     return _stars(ax, catalogue, np.eye(3), brightest)
 
 
 def star_field(ax: Axes, field: StarField, *, brightest: int = 3000) -> Axes:
-    """The brightest stars on the celestial sphere, bright ones larger."""
+    """The brightest stars on the celestial sphere, bright ones larger; `brightest`: how many."""
     return _stars(ax, field.catalogue, np.asarray(field.orientation, float), brightest)
 
 

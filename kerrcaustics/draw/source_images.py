@@ -42,7 +42,7 @@ def limb_image(ax: Axes, image: LimbImage) -> Axes:
 def source_images(ax: Axes, magnification: Magnification, *, caustics: CausticSet | None = None) -> Axes:
     """The images of the source, filled, with their limbs in one colour an index, shadow and critical curves.
 
-    caustics: of the same camera and surface, where they are known.
+    `caustics`: of the same camera and surface, where they are known.
     """
     if not ax.has_data():
         shadow(ax, magnification.camera)

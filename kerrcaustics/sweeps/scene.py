@@ -48,11 +48,19 @@ class Range(msgspec.Struct, forbid_unknown_fields=True, frozen=True, rename={"st
 class Scene(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     """The cameras and the quantities of a sweep.
 
-    spin, radius, inclination (degrees): a number, a list, or a range. velocity: of the camera; None, circular if
-    there is such an orbit, else fiducial. orders: of caustics, 1 to 10. compute: the quantities in the store.
-    curve_points: of each stored curve; map_rows: of the image-count maps; directions: on the camera sky for statistics
-    of the magnification. tolerance: largest error of directions, radians. block: radii that are computed
-    together and lie in one chunk of the store.
+    spin: at least 0, below 1: a number, a list, or `{from, to, count, spacing}` with both ends included, and a spacing
+        `"linear"`, which is the default, or `"log"`.
+    radius: of the camera, in units of the mass, likewise.
+    inclination: angle of the camera from the spin axis, degrees, likewise.
+    velocity: of the camera; unless given, circular if there is such an orbit, else fiducial.
+    orders: highest order of the caustics, from 1 to 10; at most 7 with counts.
+    compute: the quantities in the store.
+    curve_points: maximum number of stored points per curve.
+    map_rows: rows of the maps of image counts, from pole to pole; there are twice as many columns.
+    directions: directions on the camera sky for the statistics of the magnification.
+    tolerance: target error of a beam, in radians.
+    block: number of radii computed together and stored in one chunk.
+    title: for readers.
     """
 
     spin: float | list[float] | Range

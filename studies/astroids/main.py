@@ -200,8 +200,7 @@ def table(rows: list[Check]) -> str:
         "caustics",
         "astroids",
         "too small",
-        "incomplete",
-        "other",
+        "others",
         "largest deviation",
         "largest mirrored",
     ]
@@ -213,7 +212,7 @@ def table(rows: list[Check]) -> str:
             [value for value in column if value is not None]
             for column in ([row.deviation for row in group], [row.mirror for row in group])
         ]
-        numbers = [len(group), *(counts[word] for word in ("astroid", "too small", "incomplete", "other"))]
+        numbers = [len(group), counts["astroid"], counts["too small"], counts["incomplete"] + counts["other"]]
         lines.append([name, *map(str, numbers), *(f"{max(values):.2g}" if values else "" for values in measured)])
     return markdown_table(heads, lines)
 

@@ -89,20 +89,19 @@ def findings(found: dict[str, list[float]], names: list[str], lines: dict, first
     return sentences
 
 
-def beam_table(found: dict[str, list[float]], noise: dict[str, list[float]], names: list[str]) -> Rows:
+def beam_table(found: dict[str, list[float]], names: list[str]) -> Rows:
     """Microseconds of rays and beams, by engine."""
-    heads = ["asked for", *(head for engine in found for head in (f"{engine}, µs", "slower round"))]
-    columns = [column for engine in found for column in (found[engine], np.add(found[engine], noise[engine]))]
-    return heads, [[name, *(f"{t:.2f}" for t in times)] for name, *times in zip(names, *columns, strict=True)]
+    heads = ["asked for", *(f"{engine}, µs" for engine in found)]
+    return heads, [[name, *(f"{t:.2f}" for t in times)] for name, *times in zip(names, *found.values(), strict=True)]
 
 
 def line_table(lines: dict[str, dict[str, Any]]) -> Rows:
     """Times of the lines, of which the first calls are in seconds and the others in milliseconds."""
-    heads = ["line", "first call, s", "later call, ms", "tracing, ms", "rest, ms", "rays", "beams", "× these alone"]
+    heads = ["line", "first call, s", "later call, ms", "tracing, ms", "rays", "beams", "× these alone"]
     rows = []
     for name, one in lines.items():
         first, later = one["first"], one["later"]
-        times = (milliseconds(t) for t in (sum(later.values()), later["tracing"], later["rest"]))
+        times = (milliseconds(t) for t in (sum(later.values()), later["tracing"]))
         numbers = (str(one["traced"][kind]) for kind in ("rays", "beams"))
         first_call = f"{sum(first.values()) - first['start']:.2f}"
         rows.append([name, first_call, *times, *numbers, in_words(one["ratio"]), f"{one['speed_up']:.1f}"])
@@ -147,7 +146,7 @@ def main(
     each = found["closed-form"][0], found["closed-form"][-1]
     of_lines = {name.format(**asdict(sizes)): compared(name, sizes, calls, each) for name in lines}
     of_first = {name: of_lines[name]["first"] for name in first}
-    tables = [beam_table(found, noise, names), line_table(of_lines), first_table(of_first)]
+    tables = [beam_table(found, names), line_table(of_lines), first_table(of_first)]
     tables = [table for table in tables if table[1]]
     print("\n".join(text_table(*table) for table in tables))
     settings = {"spin": CAMERA.spin, "radius": CAMERA.radius, "directions": directions, "scenes": names}

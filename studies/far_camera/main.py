@@ -185,14 +185,9 @@ def table(primaries: list[Primary], slows: list[Slow], tubes: list[Tube]) -> str
         "its 1/r term",
         "width in θ′",
         "its 1/r term",
-        "displacement",
-        "its 1/√r term",
     ]
-    rows = [
-        [f"a = {one.spin:g}, {one.inclination:g}°", *map(str, (*one.phi[:2], *one.theta[:2], *one.shift[:2]))]
-        for one in primaries
-    ]
-    rows.append(["theory", f"{WIDTH:.8f}", "", f"{WIDTH:.8f}", "", "1", f"{SHIFT:.7f}"])
+    rows = [[f"a = {one.spin:g}, {one.inclination:g}°", *map(str, (*one.phi[:2], *one.theta[:2]))] for one in primaries]
+    rows.append(["theory", f"{WIDTH:.8f}", "", f"{WIDTH:.8f}", ""])
     first = markdown_table(heads, rows)
     heads = ["small spin", "width in φ′ / a²", "width in θ′ / a²", "drift / a"]
     rows = [[f"order {one.order}", str(one.phi), str(one.theta), str(one.drift)] for one in slows]

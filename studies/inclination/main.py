@@ -177,7 +177,6 @@ def table(grid: xarray.Dataset, laws: list[NearAxis], found: list[Winding]) -> s
     """Law near the axis, size at the equator, where each caustic winds once; of the slowest and the fastest hole."""
     heads = [
         "caustic",
-        "power of sin i",
         "width / sin² i near the axis",
         "width at the equator",
         "circuits there",
@@ -194,7 +193,6 @@ def table(grid: xarray.Dataset, laws: list[NearAxis], found: list[Winding]) -> s
         rows.append(
             [
                 f"a = {law.spin:g}, r = {law.radius:g}, order {law.order}",
-                str(law.power),
                 str(law.coefficient),
                 f"{float(there.theta_extent):.6g}",
                 f"{float(there.circuits):.4g}",
