@@ -9,7 +9,7 @@ from pathlib import Path
 
 from docutils import nodes
 
-# For figure_gallery, and for the lists of modules, keys, variables, results and plots.
+# For figure_gallery, and for the lists that pages show.
 sys.path.insert(0, str(Path(__file__).parent))
 
 # It says of every device of other makers that it is not there.
@@ -146,9 +146,17 @@ def write_sweep_lists(app, page, source):
         source[0] = source[0].replace("<!-- keys -->", scene_table()).replace("<!-- variables -->", variable_table())
 
 
+def write_figures(app, page, source):
+    """Put the figures of the paper, and the films, into their pages."""
+    if page in ("figures_of_the_paper", "films"):
+        from figure_list import film_list, paper_figures
+
+        source[0] = source[0].replace("<!-- figures -->", paper_figures()).replace("<!-- films -->", film_list())
+
+
 def read_again(app, env, added, changed, removed):
     """Pages that depend on more than their own file."""
-    return ["architecture", "commands", "plots", "results", "scene_files", "sweeps"]
+    return ["architecture", "commands", "figures_of_the_paper", "films", "plots", "results", "scene_files", "sweeps"]
 
 
 def keep_numbers_whole(app, doctree, page):
@@ -178,6 +186,7 @@ def setup(app):
     app.connect("source-read", write_results)
     app.connect("source-read", write_plots)
     app.connect("source-read", write_sweep_lists)
+    app.connect("source-read", write_figures)
     app.connect("env-get-outdated", read_again)
     app.connect("doctree-resolved", keep_numbers_whole)
     app.connect("build-finished", write_explorer)

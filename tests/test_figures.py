@@ -2,12 +2,15 @@
 
 import ast
 import inspect
+import re
+from pathlib import Path
 
 import pytest
 from command_line import run
 from offenders import for_each
 
-from kerrcaustics.scripts import FIGURES, ScriptFolder, figures_folder, scripts_home
+from kerrcaustics.scene_files.templates import film_templates
+from kerrcaustics.scripts import FIGURES, FILMS, ScriptFolder, figures_folder, scripts_home
 
 SCRIPT = """
 def main(output):
@@ -28,6 +31,22 @@ def made_up(tmp_path, scripts_at):
     (folder / "_stones.py").write_text("def main(output):\n    return []\n")
     scripts_at("FIGURES", folder)
     return folder
+
+
+def test_pages_list_the_figures_of_the_paper_and_the_films(monkeypatch):
+    docs = Path(__file__).parents[1] / "docs"
+    monkeypatch.syspath_prepend(docs)
+    from figure_list import film_list, paper_figures
+
+    rows = re.findall(
+        r"^\| (A?\d+) \| \[.+\]\(gallery/(\w+)\.rst\) \| .{9,} \| .{8,} \|$", paper_figures(), re.MULTILINE
+    )
+    assert {number for number, _ in rows} == {*map(str, range(1, 17)), "A1"}
+    assert len(rows) == 18 and {name for _, name in rows} <= set(FIGURES.names())
+    films = re.findall(r"^\| `(\w+)` \| .{30,} \|$", film_list(), re.MULTILINE)
+    assert sorted(films) == sorted([*FILMS.names(), *film_templates()])
+    for page, mark in (("figures_of_the_paper", "figures"), ("films", "films")):
+        assert f"<!-- {mark} -->" in (docs / f"{page}.md").read_text(encoding="utf-8")
 
 
 @for_each(name=FIGURES.names())

@@ -202,7 +202,12 @@ def test_reference_and_commands_are_complete(site):
     text = (site / "api.html").read_text(encoding="utf-8")
     assert str(ROOT) not in text and "&lt;module" not in text
     assert "critical_curves.py" in (site / "architecture.html").read_text(encoding="utf-8").partition("The modules")[2]
-    listed = {"plots": "DiffractionPattern", "results": "light-curve/2", "sweeps": "map_rows"}
+    listed = {
+        "plots": "DiffractionPattern",
+        "results": "light-curve/2",
+        "sweeps": "map_rows",
+        "films": "hot_spots_kerr",
+    }
     assert all(word in (site / f"{name}.html").read_text(encoding="utf-8") for name, word in listed.items())
     keys = (site / "scene_files.html").read_text(encoding="utf-8").partition("The tables")[2]
     assert "retrograde-plunging" in keys and "[camera.path]" in keys and "&lt;!--" not in keys
