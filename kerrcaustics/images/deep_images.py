@@ -68,15 +68,15 @@ def needs_refinement(
     index: Int[Array, " images"],
     error: Float[Array, " images"],
     time: Float[Array, " images"] | None,
-    late: Float[Array, " images"] | None,
+    time_error: Float[Array, " images"] | None,
 ) -> Bool[Array, " images"]:
     """True for images that gain from being refined.
 
-    Parameters: index, Morse index; error, radians; time and late, its error, None where there is none.
+    Parameters: index, Morse index; error, radians; time and its error, None if there is none.
     """
     poor = error > _POOR
-    if time is not None and late is not None:
-        poor |= late > _LATE * np.abs(time)
+    if time is not None and time_error is not None:
+        poor |= time_error > _LATE * np.abs(time)
     return poor & (index >= _WINDING)
 
 
@@ -91,13 +91,13 @@ def refined_at_shadow_edge(
     """Images close to the shadow edge, to round-off.
 
     Parameters: sky, directions N as the camera sees them, which is at rest; error, of them, radians; star, unit
-    vectors; end, the sphere of the stars; returning, True for its second arrivals.
+    vectors; end, the sphere of the stars; second_arrival, True for its second arrivals.
 
     Errors: an image that this makes no better is left out.
     """
-    refined, size, time, late, good = _DeepSearch(camera, end, sky, star, second_arrival).run()
+    refined, size, time, time_error, good = _DeepSearch(camera, end, sky, star, second_arrival).run()
     good &= size < error
-    return RefinedImages(np.flatnonzero(good), refined[good], size[good], time[good], late[good])
+    return RefinedImages(np.flatnonzero(good), refined[good], size[good], time[good], time_error[good])
 
 
 class _DeepSearch:
@@ -115,7 +115,7 @@ class _DeepSearch:
         self._along = self._size * np.cross(sky, self._across)
 
     def run(self) -> tuple[Array, ...]:
-        """Directions, their errors, times, and theirs; True where that is as good as round-off."""
+        """Directions, their errors, times, and theirs; True where they are good to round-off."""
         place = np.zeros((len(self._start), 2))
         with np.errstate(invalid="ignore", divide="ignore"):
             for _ in range(_STEPS):
@@ -128,9 +128,9 @@ class _DeepSearch:
         sky, missed = self._sky(place)
         # N is rounded along the curve of equal d, too, and b and q with it.
         moved_by[:, 0] += (missed + _OF_SKY) / self._size
-        late = np.abs(rate * moved_by).sum(axis=1) + _OF_TIME * np.abs(ends.time) + ends.time_noise
-        good = (wrong < 10 * rounding).all(axis=1) & (missed < _BESIDE) & np.isfinite(late)
-        return sky, self._size * moved_by[:, 0], ends.time, late, good
+        time_error = np.abs(rate * moved_by).sum(axis=1) + _OF_TIME * np.abs(ends.time) + ends.time_noise
+        good = (wrong < 10 * rounding).all(axis=1) & (missed < _BESIDE) & np.isfinite(time_error)
+        return sky, self._size * moved_by[:, 0], ends.time, time_error, good
 
     def _linear(self, place: Array) -> tuple[Array, Array, Array, _Ends]:
         """The inverse of the derivative of n' by the place, that of the time, what is missing of n', and the ends."""
@@ -147,19 +147,19 @@ class _DeepSearch:
         return inverse, rate, residual, _Ends(here, times[0], *(part[:count] for part in ends[2:]))
 
     def _sky(self, place: Array) -> tuple[Array, Array]:
-        """Directions N that have the wanted d, and by how much (radians) they miss it."""
+        """Directions N of given d, and how far (radians) they miss it."""
         copies = len(place) // len(self._start)
         start, along, across = (np.tile(x, (copies, 1)) for x in (self._start, self._along, self._across))
         steep, depth = (np.tile(x, copies) for x in (self._steep, self._depth))
-        wanted, away = depth * np.exp(place[:, 1]), np.zeros(len(place))
+        target_depth, away = depth * np.exp(place[:, 1]), np.zeros(len(place))
 
-        def there() -> tuple[Array, Array]:
+        def direction_and_miss() -> tuple[Array, Array]:
             sky = moved(start, along * place[:, :1] + across * away[:, None])
-            return sky, (wanted - self._d(sky)) / steep
+            return sky, (target_depth - self._d(sky)) / steep
 
         for _ in range(_RETURNS):
-            away = away + there()[1]
-        sky, miss = there()
+            away = away + direction_and_miss()[1]
+        sky, miss = direction_and_miss()
         return sky, np.abs(miss)
 
     def _ends(self, place: Array) -> _Ends:

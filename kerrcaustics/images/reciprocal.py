@@ -53,10 +53,10 @@ def _one_theta(camera: Viewer, angles: Float[Array, "stars 2"], max_index: int, 
 
 def sheets_from(camera: Viewer, theta: float, max_index: int, end: Sphere) -> tuple[Viewer, Sheets]:
     """A camera at a star on a sphere, and its sheets of the sphere on which the camera lies."""
-    there = Camera(camera.spin, float(end.radius), theta, "fiducial")
-    outward = end_of(there, camera.radius)
+    star_camera = Camera(camera.spin, float(end.radius), theta, "fiducial")
+    outward = end_of(star_camera, camera.radius)
     try:
-        return there, sheets_of(there, max_index, outward)
+        return star_camera, sheets_of(star_camera, max_index, outward)
     except ValueError as error:
         raise ValueError(f"{error} (Applies to a camera at the star, as the star lies nearer to the hole.)") from None
 

@@ -34,7 +34,7 @@ _FEW_PAIRS, _ROUND_OFF = 2_000_000, 4e-15
 
 
 @dataclass(frozen=True, eq=False)
-class _Circles:
+class _CellCircles:
     """Circles on the celestial sphere: their centres, the cells that they cover, the radii."""
 
     centre: Float[Array, "circles 3"]
@@ -82,16 +82,16 @@ class Cells:
     linear: Float[Array, "2 4 cells"]
 
     @cached_property
-    def circles(self) -> _Circles:
+    def circles(self) -> _CellCircles:
         """Circles that cover the images of the cells."""
         return _circles(self.corners)
 
     @cached_property
-    def circles_by_size(self) -> tuple[_Circles, ...]:
+    def circles_by_size(self) -> tuple[_CellCircles, ...]:
         """The same in groups of one radius."""
         every = self.circles
         groups = [np.flatnonzero(every.radius == one) for one in np.unique(every.radius)]
-        return tuple(_Circles(every.centre[group], every.cell[group], every.radius[group]) for group in groups)
+        return tuple(_CellCircles(every.centre[group], every.cell[group], every.radius[group]) for group in groups)
 
     def candidates(
         self, star: Float[Array, "stars 3"], margin: float
@@ -156,7 +156,7 @@ def _centres(corners: Float[Array, "cells 4 3"]) -> Float[Array, "cells 3"]:
     return middle / np.linalg.norm(middle, axis=1, keepdims=True)
 
 
-def _circles(corners: Float[Array, "cells 4 3"]) -> _Circles:
+def _circles(corners: Float[Array, "cells 4 3"]) -> _CellCircles:
     """Circles that cover the cells' images, mostly long and thin, along their longer axes."""
     centre = _centres(corners)
     away = corners - centre[:, None]
@@ -178,7 +178,7 @@ def _circles(corners: Float[Array, "cells 4 3"]) -> _Circles:
     _, group = np.unique(np.floor(np.log(np.maximum(radius, 1e-12)) / np.log(_ALIKE)), return_inverse=True)
     largest = np.zeros(group.max(initial=-1) + 1)
     np.maximum.at(largest, group, radius)
-    return _Circles(middle, owner, largest[group])
+    return _CellCircles(middle, owner, largest[group])
 
 
 def _linear_inverse(corners: Float[Array, "cells 4 3"]) -> Float[Array, "cells 2 3"]:

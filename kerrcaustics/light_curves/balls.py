@@ -87,7 +87,7 @@ class MovingBall:
 
     def passes(self, aims: RayAims) -> Passes:
         """The rays of aims as they are."""
-        rays = self._beside(aims)
+        rays = self._closest_rays(aims)
         form = _form(rays)
         size, ratio = size_and_ratio(rays)
         r = rays.places.radius
@@ -100,7 +100,7 @@ class MovingBall:
             return Passes(
                 sky=rays.sky,
                 time=rays.time,
-                time_deficit=(aims.wanted - rays.arrival - apart.delay) / apart.rate,
+                time_deficit=(aims.arrival - rays.arrival - apart.delay) / apart.rate,
                 place=self._lengthened((across @ rays.offset[:, :, None])[:, :, 0], apart.distance),
                 by_sky=across @ rays.columns,
                 by_time=-(across @ rays.velocity[:, :, None])[:, :, 0],
@@ -115,7 +115,7 @@ class MovingBall:
         least = (_MIDDLE * self.size) ** 2
         return place * np.sqrt((distance**2 + least) / ((place**2).sum(axis=1) + least))[:, None]
 
-    def _beside(self, aims: RayAims) -> Arrivals:
+    def _closest_rays(self, aims: RayAims) -> Arrivals:
         """Rays looked at where they pass the ball: those that graze its sphere come to that far away."""
         rays = self.source.arrivals(aims.sky, aims.time, aims.second)
         near, radius = rays.closest_approach
@@ -173,7 +173,9 @@ class MovingBall:
             if still.all():
                 break
             step[still] = 0.0
-            now = self.passes(aims.at(along_sky(now.sky, step), now.time + np.where(still, 0.0, now.time_deficit)))
+            now = self.passes(
+                aims.with_directions(along_sky(now.sky, step), now.time + np.where(still, 0.0, now.time_deficit))
+            )
         return now, good
 
     def sliced_light(self, starts: RayAims) -> "list[SlicedImage | None]":
@@ -197,7 +199,7 @@ class MovingBall:
         ahead = now.spine * sense[:, None]
         tracks = [[i] for i in range(2 * n)]
         first = _FIRST * self.size / np.maximum(now.steepest, 1e-300)
-        step, ended = first.copy(), now.left(ahead, self.size) <= 0
+        step, ended = first.copy(), now.remaining_part(ahead, self.size) <= 0
         # A tip lies beyond one step, and within another; what is left at both.
         low, high = np.zeros(2 * n), np.full(2 * n, np.inf)
         left_low, left_high = np.ones(2 * n), np.full(2 * n, np.nan)
@@ -208,8 +210,8 @@ class MovingBall:
                 break
             at, way, aims = now[active], ahead[active], starts[walker[active]]
             near = np.isfinite(high[active])
-            h = np.where(near, _between(*(x[active] for x in (low, high, left_low, left_high))), step[active])
-            trial, left, turned, gone, room = self._ahead(aims, at, way, h)
+            h = np.where(near, _secant_steps(*(x[active] for x in (low, high, left_low, left_high))), step[active])
+            trial, left, turned, gone, room = self._spine_steps(aims, at, way, h)
             beyond, within = left <= 0, left > 0
             high[active[beyond]], left_high[active[beyond]] = h[beyond], left[beyond]
             low[active[near & within]], left_low[active[near & within]] = h[near & within], left[near & within]
@@ -236,7 +238,7 @@ class MovingBall:
             for i in range(n)
         ]
 
-    def _ahead(
+    def _spine_steps(
         self, aims: RayAims, at: Passes, way: Float[Array, "n 3"], step: Float[Array, " n"]
     ) -> tuple[Passes, Array, Array, Array, Array]:
         """Places a step further on spines.
@@ -245,13 +247,13 @@ class MovingBall:
         changed, and by how much it may, in radii of the ball.
         """
         aim = np.stack([np.zeros(len(step)), (at.sky * way).sum(axis=1) + step], axis=-1)
-        trial, fine = self.rays_through(aims.at(at.sky + step[:, None] * way, at.time), aim, way)
+        trial, fine = self.rays_through(aims.with_directions(at.sky + step[:, None] * way, at.time), aim, way)
         with np.errstate(invalid="ignore", divide="ignore"):
             turned = trial.spine * np.where((trial.spine * way).sum(axis=1) < 0, -1.0, 1.0)[:, None]
             fine &= (turned * way).sum(axis=1) > _STRAIGHT
             gone = np.abs(trial.place[:, 1] - at.place[:, 1]) / self.size
             room = np.maximum(_FAR * (1 - np.abs(at.place[:, 1]) / self.size), _LEAST_FAR)
-        return trial, np.where(fine, trial.left(way, self.size), np.nan), turned, gone, room
+        return trial, np.where(fine, trial.remaining_part(way, self.size), np.nan), turned, gone, room
 
     def _slice_light(self, starts: RayAims, spines: "list[Passes | None]") -> "list[SlicedImage | None]":
         """The light of the slices along spines."""
@@ -260,14 +262,14 @@ class MovingBall:
         if not cut:
             return images
         row, e, p, weight, sky, time = _slices([spine for _, spine in cut])
-        aims = starts[np.array([k for k, _ in cut])[row]].at(sky, time)
+        aims = starts[np.array([k for k, _ in cut])[row]].with_directions(sky, time)
         middle, good = self.rays_through(aims, np.stack([np.zeros(len(p)), p], axis=-1), e)
-        _, width, shift, side = middle.crossed(e, self.size)
+        _, width, shift, side = middle.slices(e, self.size)
         linear = width / np.sqrt(1 - p**2) * middle.light
         sides, sure = [], good.copy()
         for sense in (-0.5, 0.5):
             sky = middle.sky + (shift + sense * width)[:, None] * side
-            start = aims.at(sky / lengths(sky)[:, None], middle.time)
+            start = aims.with_directions(sky / lengths(sky)[:, None], middle.time)
             edge, fine = self.rays_through(start, np.stack([np.full(len(p), self.size), p], axis=-1), e, limb=True)
             sides.append(edge)
             sure &= fine
@@ -287,7 +289,7 @@ class MovingBall:
         return images
 
 
-def _between(
+def _secant_steps(
     low: Float[Array, " n"], high: Float[Array, " n"], left_low: Float[Array, " n"], left_high: Float[Array, " n"]
 ) -> Float[Array, " n"]:
     """Steps between two, where nothing is left: by the secant, and not too close to either."""
@@ -319,7 +321,7 @@ def _slices(spines: list[Passes]) -> tuple[Array, Array, Array, Array, Array, Ar
     x, weight = x.ravel(), weight.ravel() * (high - low)[panel]
     sign = [np.sign((place.spine * chord).sum(axis=1))[:, None] * size[:, None] for place in (first, second)]
     way = Cubics(first.sky, chord, first.spine * sign[0], second.spine * sign[1])
-    sky = way[panel].at(x)
+    sky = way[panel].points(x)
     time = first.time[panel] + x * (second.time - first.time)[panel]
     p = low[panel] + x * (high - low)[panel]
     return which[panel], ahead[panel], p, weight, sky / lengths(sky)[:, None], time

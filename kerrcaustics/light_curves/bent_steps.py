@@ -40,7 +40,7 @@ def carried(
     return np.where(_both_near(*_polar_way(chart, sky, to))[:, None], bent, step)
 
 
-def between(
+def directions_on_cubics(
     chart: Chart,
     ends: tuple[Float[Array, "n 3"], Float[Array, "n 3"]],
     slopes: tuple[Float[Array, "n 3"], Float[Array, "n 3"]],
@@ -48,10 +48,10 @@ def between(
 ) -> Float[Array, "n 3"]:
     """Directions on curves of third order between ends with given slopes, at parts 0 to 1 of the way."""
     (first, second), (rise, fall) = ends, slopes
-    flat = Cubics(first, second - first, rise, fall).at(part)
+    flat = Cubics(first, second - first, rise, fall).points(part)
     flat = flat / lengths(flat)[:, None]
     start, step = _polar_way(chart, first, second)
-    place = Cubics(start, step, chart.polar_rate(first, rise), chart.polar_rate(second, fall)).at(part)
+    place = Cubics(start, step, chart.polar_rate(first, rise), chart.polar_rate(second, fall)).points(part)
     bends = _both_near(start, step) & (place[:, 1] > 0)
     place[~bends] = start[~bends]
     return np.where(bends[:, None], chart.from_polar(place), flat)

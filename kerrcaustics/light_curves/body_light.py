@@ -24,19 +24,19 @@ def body_light_curve(
     orbit: Orbit,
     times: Float[Array, " t"],
     curves: ImageCurves,
-    wanted: list[Array],
+    branch_times: list[Array],
     point_images: list[SeenImages],
     ball: BallShares | None,
     size: float,
 ) -> LightCurve:
     """The light curve, from the images at their times."""
     sky = source.searched
-    kept = [k for k, which in enumerate(wanted) if len(which) or (ball is not None and ball.flux[k].any())]
+    kept = [k for k, which in enumerate(branch_times) if len(which) or (ball is not None and ball.flux[k].any())]
 
     def table(value: Callable[[SeenImages], Array], empty: float, *shape: int) -> Array:
         rows = np.full((len(kept), len(times), *shape), empty)
         for row, k in enumerate(kept):
-            rows[row, wanted[k]] = value(point_images[k])
+            rows[row, branch_times[k]] = value(point_images[k])
         return rows
 
     shares, off = table(lambda s: s.flux, 0.0), table(lambda s: s.error, 0.0)
@@ -46,8 +46,8 @@ def body_light_curve(
     )
     if ball is not None:
         shares, off = ball.flux[kept], ball.error[kept]
-        there = np.isfinite(ball.sky[kept, :, 0])
-        places[there] = sky.to_viewer(ball.sky[kept][there])
+        visible = np.isfinite(ball.sky[kept, :, 0])
+        places[visible] = sky.to_viewer(ball.sky[kept][visible])
     remarks = _remarks(source, curves, point_images, ball)
     # Without any image nothing is known but that all of them are missing.
     flux = shares.sum(axis=0) if kept or not remarks else np.full(len(times), math.nan)
@@ -129,6 +129,6 @@ def _event(source: Source, turn: Turn) -> SourceEvent:
         theta=theta,
         phi=phi,
         sky=sky.to_viewer(point.sky)[0],
-        error=turn.error * float(point.rate[0]) + float((rays.beams.time_error + rays.orbit_errors.late)[0]),
+        error=turn.error * float(point.rate[0]) + float((rays.beams.time_error + rays.orbit_errors.delay)[0]),
         sky_error=float(sky.errors(point.sky, np.array([turn.sky_error]))[0]),
     )

@@ -34,7 +34,7 @@ def even_light(ball: MovingBall, aims: RayAims) -> tuple[Float[Array, " n"], Flo
     middle, many = ball.passes(aims), aims[np.repeat(np.arange(n), _RAYS)]
     slope = np.repeat(middle.by_sky, _RAYS, axis=0)
     # Begun where the linear map has them.
-    start = many.at(along_sky(many.sky, np.nan_to_num(solutions(slope, limb))), many.time)
+    start = many.with_directions(along_sky(many.sky, np.nan_to_num(solutions(slope, limb))), many.time)
     passes, good = ball.rays_through(start, limb)
     even = good.reshape(n, -1).all(axis=1) & _is_even(middle, passes)
     place = _from_middle(middle, passes, limb)

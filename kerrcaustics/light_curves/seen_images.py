@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kerrcaustics.light_curves.arrivals import Arrivals, Source, solutions
-from kerrcaustics.light_curves.bent_steps import bent_way, between
+from kerrcaustics.light_curves.bent_steps import bent_way, directions_on_cubics
 from kerrcaustics.light_curves.curve_following import CurvePoints
 from kerrcaustics.light_curves.image_curves import Branch
 from kerrcaustics.orbits.orbit import clock_rates
@@ -69,13 +69,13 @@ def seen_images(source: Source, branches: list[Branch], times: list[Float[Array,
         return []
     starts = [_on_curve(source, branch.points, time) for branch, time in zip(branches, times, strict=True)]
     sky, emitted, second, room = (np.concatenate([start[i] for start in starts]) for i in range(4))
-    wanted = np.concatenate(times)
-    rays, done = _solved(source, source.arrivals(sky, emitted, second), wanted, room)
+    arrival = np.concatenate(times)
+    rays, done = _solved(source, source.arrivals(sky, emitted, second), arrival, room)
     if not done.all():
         # Beside the turning point of its ray an image may be there by the other arrival.
         rest = np.flatnonzero(~done)
         second_images = source.arrivals(sky[rest], emitted[rest], ~second[rest])
-        second_images, converged = _solved(source, second_images, wanted[rest], room[rest])
+        second_images, converged = _solved(source, second_images, arrival[rest], room[rest])
         sky, emitted, second = rays.sky.copy(), rays.time.copy(), rays.second.copy()
         for mine, theirs in ((sky, second_images.sky), (emitted, second_images.time), (second, second_images.second)):
             mine[rest[converged]] = theirs[converged]
@@ -110,10 +110,10 @@ def _on_curve(
     low, high, part = np.zeros(len(time)), np.ones(len(time)), np.zeros(len(time))
     for _ in range(_HALVINGS):
         part = (low + high) / 2
-        early = times.at(part)[:, 0] < time
+        early = times.points(part)[:, 0] < time
         low, high = np.where(early, part, low), np.where(early, high, part)
-    emitted = times.at(part)[:, 1]
-    sky = between(source.chart, (start.sky, stop.sky), slopes, part)
+    emitted = times.points(part)[:, 1]
+    sky = directions_on_cubics(source.chart, (start.sky, stop.sky), slopes, part)
     second = np.where(part < 0.5, start.second, stop.second)
     return sky, emitted, second, np.maximum(way, 1e-12)
 
@@ -132,25 +132,25 @@ def _per_radian(point: CurvePoints) -> Float[Array, " n"]:
 
 
 def _solved(
-    source: Source, rays: Arrivals, wanted: Float[Array, " n"], room: Float[Array, " n"]
+    source: Source, rays: Arrivals, arrival: Float[Array, " n"], room: Float[Array, " n"]
 ) -> tuple[Arrivals, Bool[Array, " n"]]:
     """Rays that come to the source at arrival times, by Newton's method, and where they do."""
-    done = np.zeros(len(wanted), bool)
+    done = np.zeros(len(arrival), bool)
     for _ in range(_STEPS):
-        rays, done = _newton_step(source, rays, wanted, room)
+        rays, done = _newton_step(source, rays, arrival, room)
         if done.all():
             break
     return rays, done
 
 
 def _newton_step(
-    source: Source, rays: Arrivals, wanted: Float[Array, " n"], room: Float[Array, " n"]
+    source: Source, rays: Arrivals, arrival: Float[Array, " n"], room: Float[Array, " n"]
 ) -> tuple[Arrivals, Bool[Array, " n"]]:
     """Rays a Newton step closer to the source at arrival times, and where they have come to it before."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        delay = (wanted - rays.arrival) / rays.rate
+        delay = (arrival - rays.arrival) / rays.rate
         off = lengths(rays.miss)
-        timed = np.abs(wanted - rays.arrival) <= 4 * (np.asarray(rays.beams.time_error) + np.spacing(np.abs(wanted)))
+        timed = np.abs(arrival - rays.arrival) <= 4 * (np.asarray(rays.beams.time_error) + np.spacing(np.abs(arrival)))
         done = rays.reach & (off <= _CLOSE + _ERRORS * rays.beams.error) & timed
         target = -rays.miss - rays.by_time * delay[:, None]
         step = solutions(rays.by_sky, target)

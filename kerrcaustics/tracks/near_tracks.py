@@ -57,8 +57,8 @@ def branches_from(camera: Viewer, theta: float, max_index: int, end: Sphere) -> 
         )
     if camera.on_axis:
         raise ValueError("Argument `camera` must not lie on the spin axis for tracks of a star within its radius.")
-    there, sheets = sheets_from(search_camera(camera), theta, max_index, end)
-    return Branches(sheets, there, Circle.about_spin_axis(camera.inclination))
+    star_camera, sheets = sheets_from(search_camera(camera), theta, max_index, end)
+    return Branches(sheets, star_camera, Circle.about_spin_axis(camera.inclination))
 
 
 def seen_from(camera: Viewer, theta: float, branches: Branches, own: PathEvents, end: Sphere) -> SeenNodes | None:
@@ -78,10 +78,10 @@ def seen_from(camera: Viewer, theta: float, branches: Branches, own: PathEvents,
     error, lost = np.full(len(sky), np.nan), 0
     for leaf in (False, True):
         on_leaf = np.flatnonzero((second_arrival == leaf) & ~at_event)
-        converged, there, off = find_roots(
+        converged, new_sky, off = find_roots(
             rest, place[on_leaf], nodes.index[on_leaf], sky[on_leaf], _FEW_STEPS, end=replace(end, second_arrival=leaf)
         )
-        sky[on_leaf[converged]], error[on_leaf[converged]] = there, off
+        sky[on_leaf[converged]], error[on_leaf[converged]] = new_sky, off
         lost += len(on_leaf) - len(converged)
     events = which[at_event]
     sky[at_event] = sky_from_line_of_sight(rest.frame(), own.points.line_of_sight[events])

@@ -52,7 +52,7 @@ def error_beyond_caustic(
         away = away[np.abs(np.angle(turn / middle)) > spread + _BESIDE_IMAGES]
     if reach is not None:
         away = away[~_beside_star(caustic, star, reach)]
-    return _dark_error(ring, float(away.min(initial=np.inf)), omega)
+    return _error_beyond_fold(ring, float(away.min(initial=np.inf)), omega)
 
 
 def error_beyond_gap(
@@ -66,7 +66,7 @@ def error_beyond_gap(
     if caustic is None or curve.gap is None:
         return np.zeros(len(omega))
     away = _distances(caustic, star)[curve.gap.hides(caustic.edge_phase)]
-    return _dark_error(ring, float(away.min(initial=np.inf)), omega)
+    return _error_beyond_fold(ring, float(away.min(initial=np.inf)), omega)
 
 
 def nearest_is_hidden(curve: NearestCurve, caustic: Points, star: Float[Array, " 3"]) -> bool:
@@ -105,7 +105,9 @@ def _two_indices(ring: WaveImages) -> tuple[int, int]:
     return int(ring.index.min()), int(ring.index.max())
 
 
-def _dark_error(ring: WaveImages, nearest: float, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+def _error_beyond_fold(
+    ring: WaveImages, nearest: float, omega: Float[Array, " frequencies"]
+) -> Float[Array, " frequencies"]:
     """The error of images beside a caustic at some distance that has none there."""
     if not len(ring):
         return np.zeros(len(omega))

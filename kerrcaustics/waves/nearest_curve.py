@@ -182,7 +182,7 @@ class _NearestPlaces:
         area = lengths(np.cross(turned, here.deeper)) * sky.radian_at_rest(here.sky) ** 2
         with np.errstate(invalid="ignore", divide="ignore"):
             amplitude = source.amplitudes(camera, here.sky, beams, np.abs(pushed) * area / lengths(along))
-        time, late = sky.viewer_time(here.time, here.time_error)
+        time, time_error = sky.viewer_time(here.time, here.time_error)
         phase = time - impact @ source.star
         kept, short = np.ones(len(n), bool), None
         if gap is not None:
@@ -199,8 +199,8 @@ class _NearestPlaces:
             # An image in the fade would be there in part.
             is_smooth = bool(np.abs(rate_of(phase)[gap.fades(self.edge_phase)]).min() > _LEAST_RATE)
         off_axis_factor = 1 + _FAR_OFF * source.nearness * float(self.away[kept].max()) ** 2
-        late = float(late[kept].max())
-        return NearestCurve(self.order, phase, late, amplitude, off_axis_factor, tail, is_smooth, gap, short)
+        time_error = float(time_error[kept].max())
+        return NearestCurve(self.order, phase, time_error, amplitude, off_axis_factor, tail, is_smooth, gap, short)
 
 
 @dataclass(frozen=True, eq=False)

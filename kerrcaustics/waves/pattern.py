@@ -306,8 +306,8 @@ def _field(
     few = max(1, _MOST_ENTRIES // count)
     for i, first in itertools.product(range(len(rows)), range(0, len(columns), few)):
         here = columns[first : first + few]
-        bright, late = (here @ np.tensordot(rows[i], part, 1) for part in (amplitude, phase))
-        values[i, first : first + few] = (bright * np.exp(1j * omega * late)).sum(axis=1)
+        bright, mean_phase = (here @ np.tensordot(rows[i], part, 1) for part in (amplitude, phase))
+        values[i, first : first + few] = (bright * np.exp(1j * omega * mean_phase)).sum(axis=1)
     return curves[0].prefactor(omega) * values * (2 * math.pi / count)
 
 
@@ -318,9 +318,9 @@ def _sum_of_images(
     amplitude, time = (
         np.array([getattr(part, name) for part in images]).reshape(_STARS, _STARS, -1) for name in ("amplitude", "time")
     )
-    bright, late = (np.einsum("rx,xyi,cy->irc", rows, part, columns) for part in (amplitude, time))
+    bright, mean_time = (np.einsum("rx,xyi,cy->irc", rows, part, columns) for part in (amplitude, time))
     turn = np.exp(-0.5j * math.pi * images[0].index)
-    return np.einsum("i,irc->rc", turn, bright * np.exp(1j * omega * late))
+    return np.einsum("i,irc->rc", turn, bright * np.exp(1j * omega * mean_time))
 
 
 def _waves(source: WaveSource, highest: int) -> WaveImages:

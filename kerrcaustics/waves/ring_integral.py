@@ -134,8 +134,8 @@ class NearestCurve:
         part = rate[reversals] / (rate[reversals] - after[reversals])
         rise = step * part * (rate[reversals] * (1 - part) ** 2 - after[reversals] * part * (1 - part))
         bend = part**2 * (3 - 2 * part) * (np.roll(phase, -1) - phase)[reversals]
-        there = np.concatenate([phase[reversals] + bend + rise, phase[flat]])
-        return np.abs(there - time[:, None]).min(axis=1, initial=math.inf) < _SAME_TIME
+        stationary = np.concatenate([phase[reversals] + bend + rise, phase[flat]])
+        return np.abs(stationary - time[:, None]).min(axis=1, initial=math.inf) < _SAME_TIME
 
     def prefactor(self, omega: Any) -> Any:
         """The factor before the integral."""

@@ -33,8 +33,13 @@ Array = np.ndarray
 
 # Cosine of the largest angle of a boundary from its own origin.
 _LEAST_COSINE = 0.3
-# Steps along a boundary are divided, so often at most, that are larger than this as seen from a place, radians.
-_SMALL_ANGLE, _MOST_HALVINGS, _MOST_STEPS = 0.5, 40, 4_000_000
+# Largest angle of an undivided step along a boundary as seen from a place, radians.
+_SMALL_ANGLE = 0.5
+# Rounds of halving such steps.
+_MOST_HALVINGS = 40
+# Most steps in a round: more show that an arc passes through a place.
+_MOST_STEPS = 4_000_000
+# Places of the points of an arc and of both of its ends, in [-1, 1].
 _ENDED = np.concatenate([[-1.0], NODES, [1.0]])
 # Parts of the way from an origin, and their shares of the area; nodes of the sum over the whole sky.
 _GAUSS, _GAUSS_WEIGHTS = legendre.leggauss(8)
@@ -53,9 +58,11 @@ Weight = Callable[[Array], Array]
 class Boundary:
     """A connected boundary.
 
-    arcs: numbers of its arcs; points: places of the nodes between both ends of each arc; light: integrals over the
-    area, of the weight and of the weight times the place: negative for the inner edge of a ring or a hole; error: of
-    the first; turns: how often it runs round the hole, the image to its left.
+    arcs: Numbers of its arcs.
+    points: Places of the nodes of each arc and of both its ends.
+    light: Integrals over the area of the weight, and of the weight times the place; negative for holes and inner edges.
+    error: Error of the first integral.
+    turns: Turns about the hole, with the image to the left.
     """
 
     arcs: Int[Array, " arcs"]

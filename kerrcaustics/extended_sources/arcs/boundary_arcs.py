@@ -106,7 +106,7 @@ def values_at(nodes: Float[Array, " nodes"], places: Float[Array, " places"]) ->
     return legendre.legvander(places, highest) @ np.linalg.inv(legendre.legvander(nodes, highest))
 
 
-def along(
+def arc_values(
     matrix: Float[Array, "places nodes"], points: Float[Array, "arcs nodes axes"]
 ) -> Float[Array, "arcs places axes"]:
     """Values at places along arcs from those at nodes."""

@@ -43,7 +43,7 @@ def from_level_curve(branches: Branches) -> GuessedArcs:
 
 def _guess(chart: Chart, kinds: Int[Array, " arcs"], cubics: Cubics) -> Float[Array, "arcs guesses 3"]:
     """Directions along cubic curves in the coordinates of the chart."""
-    return np.stack([chart.sky(kinds, cubics.at(np.full(len(kinds), part))) for part in _PARTS], axis=1)
+    return np.stack([chart.sky(kinds, cubics.points(np.full(len(kinds), part))) for part in _PARTS], axis=1)
 
 
 def without_caustic(
