@@ -1,9 +1,9 @@
 """The light of a disc that is not uniform: a sum over the uniform discs within it.
 
 With the radius sin x of a disc, in radii of the source, its brightness I(x), and the area A(x) of its images, the light
-is I(pi/2) A(pi/2) less the integral of A dI. A is costly and smooth but for kinks; I is cheap and may have steps. So A
-is taken as a series between its kinks, and I enters by the moments of dI alone. What is proportional to the area of the
-source, as A mostly is, needs no series.
+is I(pi/2) A(pi/2) less the integral of A dI. A is costly and smooth between kinks; I is cheap and may have steps. So A
+is expanded in a series between its kinks, and I enters by the moments of dI alone. The part of A proportional to the
+area of the source is integrated exactly.
 """
 
 import math
@@ -182,7 +182,7 @@ def integrated(
     ----------
     columns : function of x
     whole : two arrays (columns,)
-        The same of the disc as large as the source.
+        Quantities and errors of the disc as large as the source.
     source : RoundSource
     kinks : (kinks,) array
         Angles x, 0 to pi / 2, next to which the columns are not smooth.

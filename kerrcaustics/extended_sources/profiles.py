@@ -148,7 +148,7 @@ def _of_function(words: str, intensity: Callable[[Array], Array]) -> Brightness:
 
 
 def _values(intensity: Callable[[Array], Array], x: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
-    """Intensities at angles x; ValueError unless they are those of a source."""
+    """Intensities at angles x; ValueError unless they are finite and not negative."""
     values = np.asarray(intensity(x.ravel()), float) * np.ones(x.size)
     if not (np.isfinite(values).all() and (values >= 0).all()):
         raise _no_profile()

@@ -29,7 +29,7 @@ Array = np.ndarray
 
 # Newton steps from the place that b and q give.
 _FEW_STEPS = 12
-# Wanted error of the rays of guesses, radians.
+# Tolerance of the rays of guesses, radians.
 _OF_GUESS = 1e-10
 
 
@@ -66,7 +66,7 @@ def _seen_from(
 ) -> ImageSearch:
     """The images as the camera sees them, refined there."""
     photon = photon_of(sheets.frame, tuple(searched.images.sky.T))
-    # Of photons that come in at the star the ways lead on inward, and out again.
+    # Photons that move inward at the star pass a turning point before they reach the camera.
     second_arrival = photon.rate[0] > 0
     parts = []
     for sign in (1.0, -1.0):

@@ -29,9 +29,9 @@ from kerrcaustics.spacetime.sphere import flattened, lengths, tangent_basis, uni
 
 Array = np.ndarray
 
-# Of the radius: how much further out a ray is looked at, for the sense in which theta changes along it.
+# Relative step outward over which the change of theta along a ray is taken.
 _FURTHER = 1e-6
-# A ray that does not reach the source's sphere is evaluated beyond its turning point, by this part of what it lacks.
+# A ray that misses the source's sphere is evaluated outside its turning point, by this part of the relative miss.
 # The error made so vanishes as the ray approaches the sphere.
 _BESIDE = 0.1
 # The least and the largest distance from the turning point, over the radius.
@@ -67,7 +67,7 @@ class Source:
         places = self.motion.places(time)
         radius = places.radius if radius is None else radius
         beams, cosine_slope = self._trace(sky, radius, second)
-        # Rays that turn back further out are looked at next to their turning point.
+        # Rays that turn outside the sphere are evaluated next to their turning point.
         passed = np.flatnonzero(beams.status == Status.MISSED)
         if len(passed):
             nearest = _turning_points(self.spin, np.asarray(beams.impact)[passed], np.asarray(beams.carter)[passed])
@@ -294,7 +294,7 @@ class Arrivals:
         place, velocity = errors.place * longest, errors.velocity * longest
         push = lengths(np.stack(self.momentum, axis=-1) / scales)
         with np.errstate(invalid="ignore", divide="ignore"):
-            # (dtau / dt)^2 and 1 - p.v, of which the ratio is made, change by so much at most.
+            # Bounds of the changes of (dtau / dt)^2 and of 1 - p.v, the factors of the ratio.
             ratio = (place + velocity) * (2 / clock_rates(self.source.spin, self.places) + push / np.abs(self.rate))
         return OrbitErrors(place, push * place * radius, ratio)
 

@@ -1,4 +1,4 @@
-"""The light of a ball from its images as a point and from its pair events: what is evenly lit, and what is sliced."""
+"""The light of a ball: even images by their limb, others and those at pair events by slices."""
 
 from dataclasses import dataclass
 
@@ -15,17 +15,23 @@ from kerrcaustics.spacetime.sphere import lengths
 
 Array = np.ndarray
 
-# A ball is looked for at a fold until its middle is so many radii outside; each time is a little wrong.
+# Distance of the middle from a fold, in radii of the ball, up to which the ball may reach it: more than 1 by errors.
 _OUTSIDE = 1.1
-# Tips of spines that are the same lie so close, as a part of the length of the spine.
+# Distance of tips, over the length of the spine, below which two spines are the same.
 _SAME = 1e-2
-# Light of images that cannot be measured is known to this part of that of a point.
+# Error of the light of images that cannot be measured, over that of a point.
 _ROUGHLY = 0.3
 
 
 @dataclass(frozen=True)
 class BallShares:
-    """Light by branch and time, its error, and its direction on the search sky; remarks: what is in doubt."""
+    """Light of a ball by branch and time.
+
+    flux: Flux.
+    error: Error of the flux.
+    sky: Mean direction on the search sky.
+    remarks: One for each doubt.
+    """
 
     flux: Float[Array, "branches times"]
     error: Float[Array, "branches times"]

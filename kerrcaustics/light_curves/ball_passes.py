@@ -1,4 +1,4 @@
-"""Rays past a ball: what they are aimed by, and where they pass it."""
+"""Rays past a ball: aims, and places at which they pass it."""
 
 from dataclasses import dataclass, replace
 
@@ -36,11 +36,11 @@ class RayAims(Rows):
 
 @dataclass(frozen=True)
 class Passes(Rows):
-    """Rays that arrive at a time: where they pass the ball (xi_t, xi_n), and how that changes over the sky and in time.
+    """Rays that arrive at a time: the places (xi_t, xi_n) at which they pass the ball, and derivatives of these.
 
     sky: direction N on the search sky.
     time: emission time, GM/c^3.
-    time_deficit: by how much the emission time is too early, GM/c^3.
+    time_deficit: time by which the emission time is too early, GM/c^3.
     place: xi_t and xi_n.
     by_sky: change of place with the direction.
     by_time: change of place with the emission time.

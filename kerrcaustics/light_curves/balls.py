@@ -9,8 +9,8 @@ frame. With k.d = 0 for all d between events that are seen at once, |xi|^2 = G_i
 G_ij = g_ij + g_ti p_j + g_tj p_i + g_tt p_i p_j, p the momentum of the light: G is free of the source's motion.
 
 Images whose light hardly changes over the ball are measured along their limb (even_light.py). The others are cut into
-slices along their spines, where xi_t = 0, t being the direction along the caustic: xi_n turns back at the fold, so that
-both images of a pair lie on one spine, and nothing on the way along it is singular. Slices are planes N.e = p about a
+slices along their spines, where xi_t = 0, t being the direction along the caustic: xi_n has an extreme at the fold, so
+that both images of a pair lie on one spine, along which nothing is singular. Slices are planes N.e = p about a
 direction e of the spine: the solid angle between two is dp dphi, phi being the azimuth about e.
 """
 
@@ -30,29 +30,37 @@ from kerrcaustics.spacetime.sphere import lengths, tangent_basis
 
 Array = np.ndarray
 
-# Newton steps to a place of the ball, and what may be left of the way, in its radii.
-_NEWTON, _CLOSE = 8, 1e-7
-# Curvature of a path over the ball's radius above which the ray is evaluated at closest approach, and the part of the
-# radius within which corrections of places fade.
-_BENT, _MIDDLE = 1e-3, 1e-3
-# Steps along a path toward its closest approach: as many, and more for rays that are still too far from it.
-_STEPS, _MOST_STEPS = 2, 6
+# Newton steps to a place of the ball.
+_NEWTON = 8
+# Distance from the place at which they have converged, in radii of the ball.
+_CLOSE = 1e-7
+# Curvature of a path over the ball's radius above which the ray is evaluated at closest approach.
+_BENT = 1e-3
+# Part of the radius within which corrections of places fade.
+_MIDDLE = 1e-3
+# Steps along a path toward its closest approach.
+_STEPS = 2
+# Most steps of rays that are then still too far from it.
+_MOST_STEPS = 6
 # The first step along a spine, in radii of the ball by the steeper slope.
 _FIRST = 0.3
 # Factor by which each step may grow.
 _GROWTH = 1.8
-# The longest step of xi_n, as a part of what is left to the limb.
+# The longest step of xi_n, as a part of the distance from the limb.
 _FAR = 0.4
-# The same, at least, in radii of the ball.
+# The least such limit, in radii of the ball.
 _LEAST_FAR = 0.04
 # The least cosine of a turn between two steps.
 _STRAIGHT = 0.9
 # The largest number of steps.
 _MOST = 150
-# The shortest step, and what may be left of the way to a tip, as a part of the first.
-_SHORTEST, _AT_TIP = 1e-4, 1e-5
-# Nodes of slices between two steps, and the least cosine between a spine and their direction.
+# The shortest step, as a part of the first.
+_SHORTEST = 1e-4
+# Distance from a tip at which it is reached, as a part of the first step.
+_AT_TIP = 1e-5
+# Nodes and weights of slices between two steps.
 _NODES, _WEIGHTS = (values / 2 for values in np.polynomial.legendre.leggauss(4))
+# The least cosine between a spine and the direction of its slices.
 _LEAST_COSINE = 0.4
 
 
@@ -116,7 +124,7 @@ class MovingBall:
         return place * np.sqrt((distance**2 + least) / ((place**2).sum(axis=1) + least))[:, None]
 
     def _closest_rays(self, aims: RayAims) -> Arrivals:
-        """Rays looked at where they pass the ball: those that graze its sphere come to that far away."""
+        """Rays at their closest approach to the ball, which is far from it for rays that graze the source's sphere."""
         rays = self.source.arrivals(aims.sky, aims.time, aims.second)
         near, radius = rays.closest_approach
         radius, second = radius * rays.places.radius, aims.second.copy()
@@ -130,7 +138,7 @@ class MovingBall:
         for leaf in (aims.second[far], ~aims.second[far]):
             start = aim
             for step in range(_MOST_STEPS):
-                # No further than needed: where a ray turns back its derivatives grow without limit.
+                # As few steps as possible: derivatives diverge at the turning point of a ray.
                 away = (step < _STEPS) | ~(best <= enough)
                 if not away.any():
                     break
@@ -191,7 +199,7 @@ class MovingBall:
         return self._slice_light(starts, spines)
 
     def _spines(self, starts: RayAims, here: Passes, good: Bool[Array, " n"]) -> "list[Passes | None]":
-        """The spines from tip to tip; of no rows where the ball's image does not come to the start."""
+        """The spines from tip to tip; None if lost, without rows if the ball's image does not reach the start."""
         n = len(starts)
         walker = np.concatenate([np.arange(n), np.arange(n)])
         sense = np.repeat([1.0, -1.0], n)
@@ -200,7 +208,7 @@ class MovingBall:
         tracks = [[i] for i in range(2 * n)]
         first = _FIRST * self.size / np.maximum(now.steepest, 1e-300)
         step, ended = first.copy(), now.remaining_part(ahead, self.size) <= 0
-        # A tip lies beyond one step, and within another; what is left at both.
+        # Steps that bracket a tip, and the parts of the ball's radius squared that remain at both.
         low, high = np.zeros(2 * n), np.full(2 * n, np.inf)
         left_low, left_high = np.ones(2 * n), np.full(2 * n, np.nan)
         failed = ~good[walker]
@@ -241,10 +249,10 @@ class MovingBall:
     def _spine_steps(
         self, aims: RayAims, at: Passes, way: Float[Array, "n 3"], step: Float[Array, " n"]
     ) -> tuple[Passes, Array, Array, Array, Array]:
-        """Places a step further on spines.
+        """Places a step further on spines, and quantities there.
 
-        And what is left to the tip there, NaN where it is not known; the direction of the spine; by how much xi_n
-        changed, and by how much it may, in radii of the ball.
+        The remaining part to the tip, NaN where it is unknown; the direction of the spine; the change of xi_n and its
+        limit, both in radii of the ball.
         """
         aim = np.stack([np.zeros(len(step)), (at.sky * way).sum(axis=1) + step], axis=-1)
         trial, fine = self.rays_through(aims.with_directions(at.sky + step[:, None] * way, at.time), aim, way)
@@ -292,7 +300,7 @@ class MovingBall:
 def _secant_steps(
     low: Float[Array, " n"], high: Float[Array, " n"], left_low: Float[Array, " n"], left_high: Float[Array, " n"]
 ) -> Float[Array, " n"]:
-    """Steps between two, where nothing is left: by the secant, and not too close to either."""
+    """Steps to tips between two steps, by the secant and not too close to either."""
     with np.errstate(invalid="ignore"):
         return low + np.clip(left_low / (left_low - left_high), 0.1, 0.9) * (high - low)
 

@@ -49,7 +49,7 @@ def body_light_curve(
         visible = np.isfinite(ball.sky[kept, :, 0])
         places[visible] = sky.to_viewer(ball.sky[kept][visible])
     remarks = _remarks(source, curves, point_images, ball)
-    # Without any image nothing is known but that all of them are missing.
+    # If no image was found, the flux is unknown unless there are no doubts.
     flux = shares.sum(axis=0) if kept or not remarks else np.full(len(times), math.nan)
     centroid, centroid_error = _centroid(shares, off, np.nan_to_num(places), np.nan_to_num(sky_error), flux)
     return LightCurve(
@@ -91,7 +91,7 @@ def _centroid(
 def _remarks(
     source: Source, curves: ImageCurves, point_images: list[SeenImages], ball: BallShares | None
 ) -> tuple[str, ...]:
-    """Remarks on what is in doubt."""
+    """Remarks, one for each doubt."""
     remarks = [*curves.remarks, *(() if ball is None else ball.remarks)]
     unknown = max((source.motion.errors(s.emitted).place.max(initial=0.0) for s in point_images), default=0.0)
     if unknown > UNSTABLE:
@@ -103,7 +103,7 @@ def _remarks(
 
 
 def _on_orbit(orbit: Orbit, spin: float, size: float) -> dict[str, Any]:
-    """What a light curve says of the source and its orbit."""
+    """The fields of a light curve that describe the source and its orbit."""
     period = math.nan if orbit.period is None else orbit.period(spin)
     about = {"orbit": orbit.words, "radius": orbit.radius, "period": period}
     return {**about, "source": "ball" if size else "point", "size": size, "motion": "", "power": 4.0}

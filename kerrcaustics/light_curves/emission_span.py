@@ -19,14 +19,14 @@ Array = np.ndarray
 
 # Angle of the source's path between two complete searches, radians.
 _BETWEEN = 0.25
-# Complete searches, at least and at most.
+# Fewest and most complete searches.
 _FEWEST = 6
 _MOST = 400
 # Light of each further index is late by about half of a turn on the photon orbit (GM/c^3).
 _HALF_TURN = 17.0
-# The span of emission times is found to this part of the span of times.
+# Accuracy of the span of emission times, as a part of the span of times.
 _SLACK = 0.05
-# Steps in which it is found.
+# Steps of its search.
 _SHIFTS = 8
 # An orbit comes from the horizon where its radius is below this many horizon radii.
 _LEAVES = 1.05
@@ -68,8 +68,8 @@ def emission_span(
             if not len(arrival):
                 break
             ahead = ends[end] - (arrival.max() if latest else arrival.min())
-            # All light of the first moment comes before the times, that of images that are gone by then too, which may
-            # take longer ways; and all of the last one after them.
+            # All light of the first moment must arrive before the times, and all of the last moment after them.
+            # Images that have vanished may take longer paths than those found.
             low, high = (longer, longer + slack) if latest else (-slack, 0.0)
             begins = latest and _begins(source, orbit, emitted[end], ends[end], ahead)
             if begins or low <= ahead <= high:
@@ -86,10 +86,10 @@ def emission_span(
 
 
 def _begins(source: Source, orbit: Orbit, emitted: float, time: float, ahead: float) -> bool:
-    """True for an emission time before which no other light is needed: an orbit may not reach further back.
+    """True for an emission time before which no light is needed, as the orbit does not reach further back.
 
-    Of an orbit that comes from the horizon all light of long before arrives at about one time. ahead: by how much all
-    light of the emission time arrives before `time`; ValueError if it does not.
+    All earlier light of an orbit that comes from the horizon arrives at about one time. ahead: time by which all light
+    of the emission time arrives before `time`; ValueError if it arrives later.
     """
     radius = float(source.motion.places(np.array([emitted])).radius[0])
     early = emitted - _LONG_AGO
@@ -119,7 +119,7 @@ def _check_off_axis(camera: Viewer, motion: BodyMotion, known: tuple[float, floa
 
 
 def _clipped_to_span(motion: BodyMotion, emitted: float, time: float, known: tuple[float, float]) -> float:
-    """An emission time within the span of a motion; ValueError if the light of a time would have left after it."""
+    """The emission time, moved into the span of a motion; ValueError if the motion ends before the light leaves."""
     first, last = motion.span
     if emitted > last and last < known[1]:
         raise ValueError(
@@ -146,7 +146,7 @@ def _arrivals(source: Source, emitted: float, max_index: int) -> Float[Array, " 
 
 
 def search_moments(motion: BodyMotion, span: tuple[float, float], searches: int | None) -> Float[Array, " n"]:
-    """Emission times of complete searches: evenly along the way."""
+    """Emission times of complete searches, evenly spaced along the path."""
     time = np.linspace(*span, _CHECKED)
     places = motion.places(time)
     way = lengths(np.diff(places.vector, axis=0)) + np.abs(np.diff(np.log(places.radius)))

@@ -21,8 +21,10 @@ from kerrcaustics.spacetime.sphere import lengths
 
 Array = np.ndarray
 
-# Images count as equal within so many radians, or so many of their errors.
-_SAME, _SAME_ERRORS = 1e-8, 30.0
+# Distance of images below which they count as equal, radians.
+_SAME = 1e-8
+# The same in their errors.
+_SAME_ERRORS = 30.0
 
 
 @dataclass(frozen=True, eq=False)

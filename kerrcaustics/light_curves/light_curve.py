@@ -26,9 +26,9 @@ from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
 
-# Highest Morse index, if nothing is said.
+# Highest Morse index by default.
 _HIGHEST = 2
-# Kinds of sources by name: what each is if nothing else is said.
+# Kinds of sources by name, with their default properties.
 _KINDS: dict[str, type[Ball | Spot] | None] = {"point": None, "ball": Ball, "spot": Spot}
 
 

@@ -1,8 +1,8 @@
-"""The curve on the camera sky that sums the waves of a ring of images: on each line, what leads nearest to the star.
+"""The curve on the camera sky that sums the waves of a ring of images: on each line, the ray nearest to the star.
 
-On that curve the field is one integral, sum of A exp(i omega Phi): its stationary places are the images, with their
-times and amplitudes, and it stays finite at folds, cusps and on axial caustics. Along a line position is kept, across
-it momentum (Maslov's mixed representation).
+On that curve the field is one integral of A exp(i omega Phi): its stationary points are the images, with their times
+and amplitudes, and it stays finite at folds, cusps and on axial caustics. The representation is Maslov's mixed one:
+position along lines, momentum across them.
 """
 
 import math
@@ -102,7 +102,7 @@ def _first_smooth(places: Sequence["_NearestPlaces"], gap: Gap) -> list[NearestC
 
 
 def _nearest_places(source: WaveSource, curves: CriticalCurves, order: int, count: int) -> "_NearestPlaces":
-    """The places nearest to the star on so many lines."""
+    """The places nearest to the star on `count` lines."""
     sky = search_sky(source.viewer)
     depth, first, last = _first_depths(sky, source, curves, order, count)
     lines = _RingLines(SearchMap(sky.search_camera, source.surface), edge_phases(count))

@@ -140,7 +140,7 @@ def diffraction_pattern(
     count = whole_number("pixels", pixels, 2, _MOST_PIXELS)
     places = [*itertools.product(_GRID.tolist(), repeat=2), *_BETWEEN]
     sources = [WaveSource(viewer, SKY, (_on_side(theta, x), _on_side(phi, y))) for x, y in places]
-    # What is left out is known the better, the more indices are.
+    # The error by images that are left out is the more accurate, the more indices are known.
     here, beyond = WaveSource(viewer, SKY, (_on_side(theta, 0.0), _on_side(phi, 0.0))), min(highest + 2, HIGHEST_INDEX)
     waves, sheets = _waves(here, beyond), here.sheets(beyond)
     nearest = _nearest_order(sheets, highest, here.star)
@@ -183,7 +183,7 @@ _FLEETING = "images that come and go within the region at other caustics are lef
 
 
 class _Sum:
-    """The field of all pixels and its error, and by how much it misses the stars between the nodes."""
+    """The field of all pixels, its error, and its differences at the test stars between the nodes."""
 
     def __init__(self, pixels: int) -> None:
         self.shares = values_at(_GRID, np.linspace(-1, 1, pixels))
@@ -314,7 +314,7 @@ def _field(
 def _sum_of_images(
     images: list[WaveImages], omega: float, rows: Float[Array, "rows stars"], columns: Float[Array, "columns stars"]
 ) -> Complex[Array, "rows columns"]:
-    """The same of images of one index, each of which all stars have."""
+    """The fields of images of one index that all stars have, interpolated; rows, columns: the weights."""
     amplitude, time = (
         np.array([getattr(part, name) for part in images]).reshape(_STARS, _STARS, -1) for name in ("amplitude", "time")
     )

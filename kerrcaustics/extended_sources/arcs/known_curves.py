@@ -22,8 +22,10 @@ from kerrcaustics.spacetime.sphere import lengths, unit
 
 Array = np.ndarray
 
-# Rounds of halving. An arc is not halved where its error is below so many times that of the curve.
-_MOST_HALVINGS, _ROUND_OFF = 10, 3.0
+# Rounds of halving.
+_MOST_HALVINGS = 10
+# Error of an arc over that of the curve, below which halving gains nothing.
+_ROUND_OFF = 3.0
 # Along an arc, in (-1, 1): its nodes, places at which it is checked, and both ends.
 _PLACES = np.concatenate([NODES, GUESSED, [-1.0, 1.0]])
 _TO_CHECK = values_at(NODES, GUESSED)
@@ -75,10 +77,10 @@ def arcs_of_parametric_curve(
         points, check = sky[:, : len(NODES)], sky[:, len(NODES) : -2]
         size = lengths(arc_values(DERIVATIVE, points)) @ WEIGHTS
         off, tangent = arc_values(_TO_CHECK, points) - check, unit(arc_values(_RATE_AT_CHECK, points))
-        # What points miss along the curve does not matter.
+        # Errors along the curve do not change the area.
         across = off - np.einsum("apx,apx->ap", off, tangent)[..., None] * tangent
         miss = lengths(across).max(axis=1) * size
-        # Directions are rounded, too.
+        # The rounding of directions is part of the floor.
         floor = (noise + np.finfo(float).eps) * size
         good = (miss <= tolerance / len(pieces.low)) | (miss <= _ROUND_OFF * floor)
         ends = pieces.left, pieces.right, sky[:, -2], sky[:, -1]

@@ -1,4 +1,4 @@
-"""Arcs of critical curves whose caustics lie within a disc: they bound what is seen of it with each Morse index."""
+"""Arcs of critical curves whose caustics lie within a disc: they separate its images of different Morse index."""
 
 import math
 from dataclasses import dataclass
@@ -60,7 +60,7 @@ def critical_arcs(
     arcs : BoundaryArcs
         Their index is the order of the curve.
     remarks : tuple of str
-        What is in doubt.
+        One for each doubt.
     """
     phase = crossings.edge_phase % _TURN
     here = np.flatnonzero(crossings.order == curve.order)

@@ -1,10 +1,9 @@
 """The limb of a disc on the camera sky: arcs along the curve on which light comes from the disc's rim.
 
-Light from the direction N left the surface at an angle from the centre of the disc that is a smooth function of N, at
-folds too: its gradient is J^T u, with u the unit vector away from the centre. So what a curve misses the limb by, times
-its length, is the error of the area that it bounds; errors along the curve do not matter. Points are brought to the
-limb by Newton's method, to the star at their longitude; next to folds, where that leads far along the limb, along the
-gradient.
+The angle from the centre of the disc at which light from the direction N leaves the surface is a smooth function of N,
+at folds too: its gradient is J^T u, with u the unit vector away from the centre. The distance of a curve from the limb
+times its length is the error of the area that it bounds; errors along the curve do not matter. Newton's method leads
+points to the limb at their longitude; next to folds, where it would lead far along the limb, steps follow the gradient.
 """
 
 from dataclasses import dataclass, replace
@@ -124,7 +123,7 @@ class Limb:
     ended: bool = False
 
     def arcs(self, guessed: GuessedArcs, first: int, tolerance: float) -> tuple[BoundaryArcs, int]:
-        """Arcs on the limb from guesses, and how many of them are in doubt.
+        """Arcs on the limb from guesses, and the number of arcs in doubt.
 
         first: number of the first new node; tolerance: error of the whole area, square radians.
         """
