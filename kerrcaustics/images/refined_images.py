@@ -1,4 +1,4 @@
-"""Images of a star with those close to the shadow edge refined, as deep_images.py does, and measured anew."""
+"""Images of a star; those close to the shadow edge are refined (deep_images.py), and measured again."""
 
 import math
 from dataclasses import replace
@@ -16,9 +16,9 @@ Array = np.ndarray
 
 
 def refined_images(camera: Viewer, end: Spherical, star: tuple[float, float], searched: ImageSearch) -> Measured:
-    """The images of one star that a search found, those that lie close to the shadow edge to round-off.
+    """The images of one star that a search found; those close to the shadow edge are accurate to round-off.
 
-    Refined images are traced anew, so that all that is said of them belongs to their place.
+    Refined images are traced again, so that all their fields refer to the refined place.
     """
     (images,) = measured_images(camera, end, [star], searched)
     times = (images["time"], images["time_error"]) if end.finite else (None, None)

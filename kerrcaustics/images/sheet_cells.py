@@ -24,13 +24,14 @@ _REACH = 1.25
 _MOST_BALLS = 12
 # Bend of a cell's image, in parts of its length, that the circles cover.
 _SAG = 0.05
-# How far outside a cell, in parts of it, the linear model of the map may put the star, beside the margin.
+# Error of the linear model of the map, in parts of a cell: the margin beside a cell grows by it.
 _LINEAR = 0.25
-# Circles whose radii differ by less than this factor are taken for equal: they are searched together.
+# Ratio of radii below which circles count as equal: they are searched together.
 _ALIKE = 1.5
-# For so many pairs of a star and a circle a table of all distances is quicker than a tree; the round-off of the squares
-# in it.
-_FEW_PAIRS, _ROUND_OFF = 2_000_000, 4e-15
+# Pairs of a star and a circle up to which a table of all distances is faster than a tree.
+_FEW_PAIRS = 2_000_000
+# Round-off of the squares of distances in the table.
+_ROUND_OFF = 4e-15
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +49,7 @@ class _CellCircles:
         return which, circle
 
     def pairs_of_many(self, star: "KDTree", wider: float) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
-        """The same by a tree of the stars, for circles of one radius."""
+        """Pairs as by `pairs`, with a tree of the stars, for circles of one radius."""
         reach = wider * float(self.radius[0])
         pairs = star.sparse_distance_matrix(self._tree, reach, output_type="ndarray")
         return pairs["i"], pairs["j"]
@@ -70,7 +71,7 @@ class Cells:
 
     sheet: Morse index of the sheet.
     edge_phase: edge phases of two opposite corners, radians.
-    part: parts of the way across the sheet of these corners, 0 to 1.
+    part: positions of these corners across the sheet, 0 to 1.
     corners: images of all four corners.
     linear: linear map from a direction, followed by 1, to the place in the cell, whose middle is 0.
     """
@@ -88,7 +89,7 @@ class Cells:
 
     @cached_property
     def circles_by_size(self) -> tuple[_CellCircles, ...]:
-        """The same in groups of one radius."""
+        """The circles in groups of one radius."""
         every = self.circles
         groups = [np.flatnonzero(every.radius == one) for one in np.unique(every.radius)]
         return tuple(_CellCircles(every.centre[group], every.cell[group], every.radius[group]) for group in groups)

@@ -160,7 +160,8 @@ class MovingBall:
     ) -> tuple[Passes, Bool[Array, " n"]]:
         """Rays made to pass the ball at places, and True for those that do.
 
-        ahead: in place of xi_n, N.ahead is made the second part of the aim; limb: in place of xi_t, |xi| the first.
+        ahead: if given, the second part of the aim is N.ahead instead of xi_n.
+        limb: if True, the first part is |xi| instead of xi_t.
         """
         now, good = self.passes(aims), np.zeros(len(aims), bool)
         for _ in range(_NEWTON):
@@ -312,7 +313,7 @@ def _slices(spines: list[Passes]) -> tuple[Array, Array, Array, Array, Array, Ar
     which = np.repeat(np.arange(len(spines)), [len(spine) - 1 for spine in spines])
     chord = second.sky - first.sky
     size = lengths(chord)
-    # One direction for a whole spine where it is straight enough, else one between neighbours.
+    # A nearly straight spine has one direction; others have one between each two neighbours.
     whole = np.array([spine.sky[-1] - spine.sky[0] for spine in spines])
     whole /= lengths(whole)[:, None]
     own = (chord * whole[which]).sum(axis=1) < _LEAST_COSINE * size
@@ -322,7 +323,7 @@ def _slices(spines: list[Passes]) -> tuple[Array, Array, Array, Array, Array, Ar
     begins = np.concatenate([[True], which[1:] != which[:-1]])
     stops = np.concatenate([which[1:] != which[:-1], [True]])
     node = _NODES + 0.5
-    # At a tip widths go by the root of the way to it.
+    # Next to a tip widths are proportional to the square root of the distance from it.
     x = np.where(begins[:, None], node**2, np.where(stops[:, None], 1 - (1 - node) ** 2, node))
     weight = _WEIGHTS * np.where(begins[:, None], 2 * node, np.where(stops[:, None], 2 * (1 - node), 1.0))
     panel = np.repeat(np.arange(len(which)), len(node))

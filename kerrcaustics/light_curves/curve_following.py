@@ -119,7 +119,7 @@ class CurvePoints(Rows):
 
 
 def _metric(rays: Arrivals) -> Float[Array, "n 2 2"]:
-    """The metric of steps on the sky: their length at the source, and their part of the way to the hole."""
+    """The metric of steps on the sky, from their lengths at the source and their parts of the distance to the hole."""
     away = lengths(rays.sky + np.array([1.0, 0.0, 0.0]))
     square = np.swapaxes(rays.by_sky, 1, 2) @ rays.by_sky
     square = square + (1 / np.maximum(away, 1e-12) ** 2)[:, None, None] * np.eye(2)
@@ -155,7 +155,7 @@ class FollowedCurve:
 def follow(
     source: Source, start: CurvePoints, low: Float[Array, " n"], high: Float[Array, " n"]
 ) -> list[FollowedCurve]:
-    """Follow curves from points at the time `low` or `high`, the way they point, until they reach either again."""
+    """Follow curves from points at the time `low` or `high`, in their direction, until they reach `low` or `high`."""
     n, gap = len(start), high - low
     now = record = start
     tracks = [[i] for i in range(n)]
@@ -171,7 +171,7 @@ def follow(
         with np.errstate(divide="ignore", invalid="ignore"):
             reach = np.where(lands, (bound - here.time) / here.along_time, h)
         trial, good = _stepped(source, here, reach, lands, here.second ^ toward_second[active], gap[active])
-        # A curve may turn back before it lands; a point beyond the bound is no part of the curve.
+        # The time may have an extreme before a curve reaches the bound; points beyond the bound are rejected.
         good &= lands | ((trial.time > low[active]) & (trial.time < high[active]))
         taken = active[good]
         first = len(record)
