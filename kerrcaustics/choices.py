@@ -42,7 +42,7 @@ def event_kind(side: float) -> EventKind:
     return "creation" if side > 0 else "annihilation"
 
 
-def near(word: object, names: Iterable[str]) -> str:
+def suggestion(word: object, names: Iterable[str]) -> str:
     """The name that a word may stand for, as the end of a sentence: "; did you mean spin?"; else its full stop.
 
     The hyphens of options do not make two names alike.

@@ -5,7 +5,7 @@ from typing import Any
 
 import lazy_loader
 
-from kerrcaustics.choices import near
+from kerrcaustics.choices import suggestion
 
 
 def attached(module: str, file: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
@@ -23,4 +23,4 @@ def attached(module: str, file: str) -> tuple[Callable[[str], Any], Callable[[],
 def unknown_attribute(owner: str, name: str, names: list[str]) -> AttributeError:
     """The error about an attribute that is not there, and what it may be."""
     # With an object Python would add its own guess.
-    return AttributeError(f"{owner} has no attribute {name}{near(name, names)}", name=name, obj=None)
+    return AttributeError(f"{owner} has no attribute {name}{suggestion(name, names)}", name=name, obj=None)

@@ -16,7 +16,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from kerrcaustics.choices import near
+from kerrcaustics.choices import suggestion
 
 if TYPE_CHECKING:
     from kerrcaustics.films.film import Film
@@ -49,7 +49,7 @@ class ScriptFolder:
     def load(self, name: str) -> ModuleType:
         """A script as a module."""
         if name not in self.names():
-            raise ImportError(f"There is no {self.word} {name} in {self.folder}{near(name, self.names())}")
+            raise ImportError(f"There is no {self.word} {name} in {self.folder}{suggestion(name, self.names())}")
         return self.module(self.place.format(name).removesuffix(".py").replace("/", "."))
 
     def module(self, name: str) -> ModuleType:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 import msgspec
 
-from kerrcaustics.choices import either, near
+from kerrcaustics.choices import either, suggestion
 from kerrcaustics.files import check_name, read_text
 
 Kind = TypeVar("Kind")
@@ -107,12 +107,14 @@ def _plainly(message: str, table: dict[str, Any], kind: type) -> str:
     entry = place.removesuffix("[...]")
     types, value = _declared(kind, table, entry)
     must, words = _must(types)
-    return f"{entry} must {must}, but is {_in_words(value) if entry == place else 'another one'}{near(value, words)}"
+    return (
+        f"{entry} must {must}, but is {_in_words(value) if entry == place else 'another one'}{suggestion(value, words)}"
+    )
 
 
 def _keys_in_words(key: str, keys: list[str]) -> str:
     """The end of a sentence about an unknown key: the one that may be meant, else all there are."""
-    end = near(key, keys)
+    end = suggestion(key, keys)
     return f"; its keys are {', '.join(keys)}." if end == "." else end
 
 

@@ -9,7 +9,7 @@ from marks import few
 
 from kerrcaustics.beams.closed_form import formula
 from kerrcaustics.beams.integrator import integrated
-from kerrcaustics.beams.ray_end import Wanted
+from kerrcaustics.beams.ray_end import RayOutputs
 from kerrcaustics.beams.traced_ends import TracedSky
 from kerrcaustics.spacetime.camera import Camera
 
@@ -28,14 +28,14 @@ ADDED = {
 
 
 @cache
-def operations(engine: str, wanted: tuple[str, ...]) -> float:
-    """Floating-point operations of the program that computes what is wanted, as JAX counts them."""
-    flags = {name: name in wanted for name in STEPS}
+def operations(engine: str, outputs: tuple[str, ...]) -> float:
+    """Floating-point operations of the program that computes some outputs, as JAX counts them."""
+    flags = {name: name in outputs for name in STEPS}
     if engine == "closed-form":
-        program = partial(formula.trace, wanted=Wanted(**flags), on_equator=True)
+        program = partial(formula.trace, outputs=RayOutputs(**flags), on_equator=True)
         lowered = jax.jit(program).lower(FRAME, SKY, TracedSky())
     else:
-        program = partial(integrated.trace, wanted=Wanted(**flags))
+        program = partial(integrated.trace, outputs=RayOutputs(**flags))
         lowered = jax.jit(program).lower(FRAME, SKY, np.ones(64), 1e-10, TracedSky())
     return lowered.cost_analysis()["flops"]
 

@@ -66,14 +66,14 @@ def test_a_level_that_is_not_there_is_refused_by_name():
     code = "from kerrcaustics.__main__ import main; main()"
     environment = os.environ | {"KERRCAUSTICS_LEVEL": "x86-64-v9"}
     done = subprocess.run([sys.executable, "-c", code, *IMAGES], env=environment, capture_output=True, text=True)
-    line = f"KERRCAUSTICS_LEVEL must be one of {', '.join(library.levels_there())}, but is 'x86-64-v9'."
+    line = f"KERRCAUSTICS_LEVEL must be one of {', '.join(library.available_levels())}, but is 'x86-64-v9'."
     assert (done.returncode, done.stdout) == (1, "") and line in done.stderr and done.stderr.count("\n") == 1
 
 
 def test_every_level_can_be_chosen(monkeypatch):
     monkeypatch.delenv("KERRCAUSTICS_LEVEL", raising=False)
-    assert library.level() == library.levels_there()[-1]
-    for name in library.levels_there():
+    assert library.level() == library.available_levels()[-1]
+    for name in library.available_levels():
         monkeypatch.setenv("KERRCAUSTICS_LEVEL", name)
         assert library.level() == name
 

@@ -30,8 +30,8 @@ INCLINED = kc.Orbit.geodesic(8.0, 1.2, 0.3, (-0.05, 0.1, 0.35), time=3.0)
     [INCLINED, kc.Orbit.kepler(100.0, 0.9, 0.3, 0.2, 0.4), kc.Orbit.function(lambda t: (9 + 0.01 * t, 1.2, 0.02 * t))],
 )
 def test_rates_are_those_of_the_places(orbit):
-    motion, time, step = orbit.about(0.9, (-60.0, 500.0)), np.linspace(-50, 490, 19), 1e-3
-    here, before, after = (motion.at(time + late) for late in (0, -step, step))
+    motion, time, step = orbit.motion_about(0.9, (-60.0, 500.0)), np.linspace(-50, 490, 19), 1e-3
+    here, before, after = (motion.places(time + late) for late in (0, -step, step))
     assert np.abs((after.vector - before.vector) / (2 * step) - here.rate).max() < 1e-7
     assert np.abs((after.radius - before.radius) / (2 * step) - here.radius_rate).max() < 1e-7
 
@@ -39,7 +39,9 @@ def test_rates_are_those_of_the_places(orbit):
 def test_a_circle_is_the_geodesic_that_it_is():
     radius, spin, time = 8.0, 0.9, np.linspace(0, 500, 7)
     reported = kc.Orbit.function(lambda t: (radius, math.pi / 2, t / (radius**1.5 + spin)))
-    circle, other = (orbit.about(spin, (0.0, 500.0)).at(time) for orbit in (orbit_of("orbit", radius), reported))
+    circle, other = (
+        orbit.motion_about(spin, (0.0, 500.0)).places(time) for orbit in (orbit_of("orbit", radius), reported)
+    )
     assert np.abs(circle.vector - other.vector).max() < 1e-10
     u_t = kc.Camera(spin, radius, velocity="circular").clock_rate
     assert clock_rates(spin, circle) == pytest.approx(u_t**-2, rel=1e-11)
@@ -65,10 +67,10 @@ def inclined():
 @pytest.mark.slow
 def test_images_are_those_of_a_source_at_rest_at_its_place(inclined):
     assert inclined.certified
-    motion = INCLINED.about(0.9, (-100.0, 300.0))
+    motion = INCLINED.motion_about(0.9, (-100.0, 300.0))
     for i, j in ((0, 5), (1, 30), (3, 10)):
         emitted = inclined.emission_time[i, j]
-        place = motion.at(np.array([emitted]))
+        place = motion.places(np.array([emitted]))
         theta, phi = place.angles[0].tolist()
         images = kc.star_images(CAMERA, (theta, phi), 2, end=float(place.radius[0]))
         away = np.linalg.norm(images.sky - inclined.sky[i, j], axis=1)
@@ -83,9 +85,9 @@ def test_a_point_may_pass_behind_the_camera():
     camera, orbit = kc.Camera(0.9, 5.0, 1.2), kc.Orbit.geodesic(10.0, 1.2)
     light = kc.light_curve(camera, orbit, np.linspace(0.0, 10.0, 5), max_index=0)
     assert light.certified and light.index.tolist() == [0]
-    motion = orbit.about(0.9, (-100.0, 100.0))
+    motion = orbit.motion_about(0.9, (-100.0, 100.0))
     for emitted, time, sky in zip(light.emission_time[0], light.time, light.sky[0], strict=True):
-        place = motion.at(np.array([emitted]))
+        place = motion.places(np.array([emitted]))
         images = kc.star_images(camera, tuple(place.angles[0].tolist()), 0, end=float(place.radius[0]))
         assert np.linalg.norm(images.sky[0] - sky) < 1e-9
         assert emitted + images.time[0] == pytest.approx(time, abs=1e-6)
@@ -113,10 +115,10 @@ def test_the_frequency_ratio_is_that_of_arrival_times():
     """In place of momenta: light that is sent dtau apart arrives dtau / g apart at a viewer at rest far away."""
     step = 2e-3
     fine = kc.light_curve(OBSERVER, INCLINED, 95.0 + np.array([-step, step]) / 2)
-    motion = INCLINED.about(0.9, (-100.0, 300.0))
+    motion = INCLINED.motion_about(0.9, (-100.0, 300.0))
     for i in range(len(fine.index)):
         emitted = fine.emission_time[i]
-        clock = math.sqrt(clock_rates(0.9, motion.at(np.array([emitted.mean()])))[0])
+        clock = math.sqrt(clock_rates(0.9, motion.places(np.array([emitted.mean()])))[0])
         assert clock * np.diff(emitted)[0] / step == pytest.approx(fine.redshift[i].mean(), rel=1e-6)
 
 
@@ -309,7 +311,9 @@ def test_a_ball_crosses_a_caustic_as_a_disc_crosses_a_fold():
 def test_light_of_balls_is_that_of_rays_that_meet_them(problem):
     camera, orbit, size, time = problem.viewer, problem.place, problem.size, problem.time
     light = kc.light_curve(camera, orbit, [time], source="ball", size=size, max_index=1, searches=4)
-    places = orbit if callable(orbit) else _places(orbit_of("orbit", orbit).about(camera.spin, (time - 150.0, time)))
+    places = (
+        orbit if callable(orbit) else _places(orbit_of("orbit", orbit).motion_about(camera.spin, (time - 150.0, time)))
+    )
     assert light.certified
     for i in np.flatnonzero(np.isfinite(light.emission_time[:, 0])):
         share, image = light.shares[i, 0], (light.sky[i, 0], light.emission_time[i, 0])
@@ -338,7 +342,7 @@ def test_light_of_a_ball_on_a_caustic_is_that_of_rays_that_meet_it():
     event = next(event for event in first.events if event.kind == "creation" and event.order == 2)
     time, size = event.moment + np.array([-0.2, 0.007, 0.1]), 0.01
     light = kc.light_curve(CAMERA, INCLINED, time, source="ball", size=size, searches=8)
-    places = _places(INCLINED.about(0.9, (-100.0, 300.0)))
+    places = _places(INCLINED.motion_about(0.9, (-100.0, 300.0)))
     there = np.isfinite(light.emission_time)
     pair = np.flatnonzero(there[:, 1] & ~there[:, 0])
     assert len(pair) == 2
@@ -387,7 +391,7 @@ def _event(camera):
 
 def _places(motion):
     def at(time):
-        place = motion.at(time)
+        place = motion.places(time)
         return (place.radius, *place.angles.T)
 
     return at

@@ -23,7 +23,7 @@ def orbits(spin, radius, inclination, node=0.4, phase=0.7):
 
 def test_without_spin_orbits_are_tilted_circles():
     for time in TIMES:
-        found = orbits(0.0, 8.0, [0.0, 0.5, math.pi / 2, 2.5]).at(np.full(4, time))
+        found = orbits(0.0, 8.0, [0.0, 0.5, math.pi / 2, 2.5]).places(np.full(4, time))
         for inclination, vector in zip((0.0, 0.5, math.pi / 2, 2.5), found.vector, strict=True):
             angle = 0.7 + time / 8**1.5
             c, s = math.cos(0.4), math.sin(0.4)
@@ -43,7 +43,7 @@ def test_orbits_keep_their_constants(spin):
     slope = 4 * radius * energy * pull - 2 * (radius - 1) * (radius**2 + total) - 2 * radius * delta
     assert np.abs(slope / radius**3).max() < 1e-13 and some.error.max() < 1e-13
     for time in TIMES:
-        at = some.at(np.full(len(radius), time))
+        at = some.places(np.full(len(radius), time))
         for i, (vector, rate) in enumerate(zip(at.vector, at.rate, strict=True)):
             metric, sine = kerr.metric(spin, radius[i], vector[2]), math.hypot(*vector[:2])
             turn = (vector[0] * rate[1] - vector[1] * rate[0]) / sine**2
@@ -94,12 +94,12 @@ def test_nodes_turn_as_they_must():
 def test_orbits_are_those_of_integrated_falls():
     a, r, inclination = 0.9, 9.0, 2.2
     some = orbits(a, r, inclination, 0.0, 0.0)
-    metric, rate = kerr.metric(a, r, 0.0), some.at(np.zeros(1)).rate[0]
+    metric, rate = kerr.metric(a, r, 0.0), some.places(np.zeros(1)).rate[0]
     east = metric.cylindrical_scale * (rate[1] - metric.shift) / metric.lapse
     velocity = 0.0, -math.sqrt(metric.sigma) * rate[2] / metric.lapse, east
     fall = free_fall(kc.Camera(a, r, math.pi / 2, velocity), 0.0, 0.0, (0.0, 200.0))
     assert fall.constants.carter == pytest.approx(some.constants[2][0], rel=1e-13)
-    place, vector = fall.place(200.0), some.at(np.full(1, 200.0)).vector[0]
+    place, vector = fall.place(200.0), some.places(np.full(1, 200.0)).vector[0]
     flat = math.sin(place.theta) * np.exp(1j * place.phi)
     assert np.abs(vector - (flat.real, flat.imag, math.cos(place.theta))).max() < 1e-10
 

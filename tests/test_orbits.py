@@ -24,8 +24,8 @@ CIRCLE = kc.Camera(0.0, 4.0, velocity="circular").fido_velocity()
 def test_circles_in_the_plane_repeat_with_their_period(spin, radius):
     period = 2 * math.pi * (radius**1.5 + spin)
     times = 80 + period * np.array([0, 1, 7, 200])
-    motion = orbit_of("orbit", radius).about(spin, (0.0, times[-1]))
-    places, error = motion.at(times), motion.errors(times).place
+    motion = orbit_of("orbit", radius).motion_about(spin, (0.0, times[-1]))
+    places, error = motion.places(times), motion.errors(times).place
     assert (places.radius == radius).all() and (places.vector[:, 2] == 0).all()
     away = np.linalg.norm(places.vector - places.vector[0], axis=1)
     assert (away <= error + error[0] + 2 * math.pi * np.spacing(times) / period).all()
@@ -41,7 +41,7 @@ def test_circular_orbits_are_falls_that_keep_their_radius(theta, heading):
     camera = kc.Camera(spin, radius, theta, circular_velocity(spin, radius, theta, heading))
     fall = free_fall(camera, 0.3, begin, (-60.0, 90.0))
     times = np.array([-50.0, begin, 20.0, 85.0])
-    places, (radii, vectors, _, rates) = circle.at(times), fall.vectors(times)
+    places, (radii, vectors, _, rates) = circle.places(times), fall.vectors(times)
     assert (places.radius == radius).all() and np.abs(radii - radius).max() < 1e-10
     assert np.abs(places.vector - vectors).max() < 1e-10 and np.abs(places.rate - rates).max() < 1e-11
     for time, vector in zip(times.tolist(), places.vector, strict=True):
@@ -94,7 +94,7 @@ def test_errors_of_falls_hold_the_truth(name):
 
 @pytest.mark.slow
 def test_errors_grow_away_from_the_release():
-    motion = kc.Orbit.geodesic(4.0, velocity=CIRCLE, time=50.0).about(0.0, (-60.0, 130.0))
+    motion = kc.Orbit.geodesic(4.0, velocity=CIRCLE, time=50.0).motion_about(0.0, (-60.0, 130.0))
     times = np.linspace(-59, 129, 41)
     error = motion.errors(times).place
     later, earlier = error[times >= 50], error[times <= 50][::-1]
@@ -107,11 +107,11 @@ def test_errors_grow_away_from_the_release():
 @pytest.mark.slow
 def test_a_fall_that_rounding_decides_is_named_so():
     slower = (0.0, 0.0, CIRCLE[2] * (1 - 1e-13))
-    motion = kc.Orbit.geodesic(4.0, velocity=slower).about(0.0, (0.0, 400.0))
+    motion = kc.Orbit.geodesic(4.0, velocity=slower).motion_about(0.0, (0.0, 400.0))
     assert motion.span[1] < 400
     with pytest.raises(ValueError, match=r"`orbit` must .* but is unstable, so that rounding decides whether it falls"):
         checked_places(0.0, motion, np.array([400.0]))
-    fall = kc.Orbit.geodesic(6.0, velocity=(-0.3, 0.0, 0.1)).about(0.0, (0.0, 400.0))
+    fall = kc.Orbit.geodesic(6.0, velocity=(-0.3, 0.0, 0.1)).motion_about(0.0, (0.0, 400.0))
     with pytest.raises(ValueError, match=r"`orbit` must .* but is at the horizon at t = "):
         checked_places(0.0, fall, np.array([400.0]))
 
@@ -119,8 +119,8 @@ def test_a_fall_that_rounding_decides_is_named_so():
 @pytest.mark.parametrize(("spin", "radius"), [(0.0, 8.0), (0.9, 5.0), (0.998, 40.0)])
 def test_retrograde_is_a_word_for_orbits_and_a_vector_for_cameras(spin, radius):
     orbital = EMITTERS["retrograde"](spin, radius, 0.0).orbital
-    motion = kc.Orbit.geodesic(radius, velocity="retrograde").about(spin, (0.0, 1.0))
-    assert motion.at(np.zeros(1)).rate[0] == pytest.approx((0.0, radius and orbital, 0.0), rel=1e-13)
+    motion = kc.Orbit.geodesic(radius, velocity="retrograde").motion_about(spin, (0.0, 1.0))
+    assert motion.places(np.zeros(1)).rate[0] == pytest.approx((0.0, radius and orbital, 0.0), rel=1e-13)
     with pytest.raises(ValueError, match="Argument `velocity` must be") as error:
         kc.Camera(spin, radius, velocity="retrograde")
     vector = re.search(r"the retrograde circular orbit there has \((.*)\)\.", str(error.value))[1]
@@ -143,7 +143,7 @@ class Displaced:
     def __init__(self, off, error):
         self.off, self.error = off, error
 
-    def at(self, time):
+    def places(self, time):
         """The places at times."""
         turn = 0.4 + time / 8.0**1.5
         c, s, zero = np.cos(turn), np.sin(turn), 0 * time
@@ -152,7 +152,7 @@ class Displaced:
 
     def errors(self, time):
         """The errors of places at times."""
-        return type(orbit_of("orbit", 8.0).about(0.0, (0.0, 1.0)).errors(time))(self.error + 0 * time, 0 * time)
+        return type(orbit_of("orbit", 8.0).motion_about(0.0, (0.0, 1.0)).errors(time))(self.error + 0 * time, 0 * time)
 
 
 @pytest.mark.slow

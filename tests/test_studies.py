@@ -14,7 +14,7 @@ import kerrcaustics as kc
 from kerrcaustics.beams.engine import ENGINES
 from kerrcaustics.report.machine import one_core
 from kerrcaustics.report.study_records import find_records
-from kerrcaustics.report.tables import Table
+from kerrcaustics.report.tables import ReportTable
 from kerrcaustics.scripts import STUDIES, ScriptFolder
 from kerrcaustics.sweeps.scene import Range
 
@@ -196,7 +196,7 @@ def test_study_writes_its_files(name, tmp_path, capsys):
     assert record.settings and record.seconds > 0
     assert (tmp_path / f"{name}.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     # What the tables say is printed, too.
-    lines = [row[0] for table in record.tables if isinstance(table, Table) for row in table.rows]
+    lines = [row[0] for table in record.tables if isinstance(table, ReportTable) for row in table.rows]
     printed = capsys.readouterr().out
     assert lines and all(line in printed for line in lines)
     CHECKS.get(name, lambda _: None)(entry)

@@ -22,8 +22,8 @@ def is_mostly_noise(ends: RayEnd[np.ndarray], tolerance: float) -> np.ndarray:
     unsure = (ends.error > tolerance) & (_or_none(ends.noise) > _MOSTLY * ends.error)
     if ends.time is None or ends.time_error is None or ends.time_noise is None:
         return unsure
-    late = ends.time_error > tolerance * np.maximum(1, np.abs(ends.time))
-    return unsure | late & (ends.time_noise > _MOSTLY * ends.time_error)
+    inaccurate_time = ends.time_error > tolerance * np.maximum(1, np.abs(ends.time))
+    return unsure | inaccurate_time & (ends.time_noise > _MOSTLY * ends.time_error)
 
 
 def _or_none(noise: np.ndarray | None) -> np.ndarray:

@@ -135,7 +135,7 @@ def engines_used(error: np.ndarray, closed_form: np.ndarray) -> tuple[Engine, ..
     return tuple(engine for engine, used in flags if used.any())
 
 
-class Ellipse(NamedTuple):
+class BeamEllipse(NamedTuple):
     """The ellipses that beams, ellipses at the camera, have become. Arrays of one shape.
 
     delta_plus: major diameter.
@@ -184,7 +184,7 @@ class Ellipses(Shown):
         """Angle (...,) in radians, in (-pi/2, pi/2], from e_theta' toward e_phi' to the major axis."""
         return _position_angle(*_rotations(self.jacobian))
 
-    def from_ellipse(self, ratio: ArrayLike, angle: ArrayLike) -> Ellipse:
+    def from_ellipse(self, ratio: ArrayLike, angle: ArrayLike) -> BeamEllipse:
         """The ellipses at the ends of beams that are ellipses at the camera.
 
         Parameters
@@ -197,7 +197,7 @@ class Ellipses(Shown):
 
         Returns
         -------
-        Ellipse
+        BeamEllipse
             Arrays over the beams, broadcast with those of the arguments.
 
         Raises
@@ -207,7 +207,7 @@ class Ellipses(Shown):
 
         Errors
         ------
-        `Ellipse.error` from `diameter_error`, and `Ellipse.angle_error` from `jacobian_error`.
+        `BeamEllipse.error` from `diameter_error`, and `BeamEllipse.angle_error` from `jacobian_error`.
 
         Examples
         --------
@@ -225,7 +225,7 @@ class Ellipses(Shown):
         with np.errstate(invalid="ignore", divide="ignore"):
             return self._become(part, np.cos(turn), np.sin(turn))
 
-    def _become(self, ratio: np.ndarray, c: np.ndarray, s: np.ndarray) -> Ellipse:
+    def _become(self, ratio: np.ndarray, c: np.ndarray, s: np.ndarray) -> BeamEllipse:
         """The ellipses from those of a ratio, whose major axis lies along (c, s)."""
         first, second = self.jacobian[..., 0], self.jacobian[..., 1]
         c, s, ratio = c[..., None], s[..., None], ratio[..., None]
@@ -236,7 +236,7 @@ class Ellipses(Shown):
         # The basis turns as well.
         open_turn = np.where(self.jacobian_error < 1, self.jacobian_error - self.diameter_error, np.pi / 2)
         turn = np.minimum(turn + open_turn, np.pi / 2)
-        return Ellipse(plus, minus, _position_angle(even, odd), error, np.where(np.isnan(plus), np.nan, turn))
+        return BeamEllipse(plus, minus, _position_angle(even, odd), error, np.where(np.isnan(plus), np.nan, turn))
 
 
 def _rotations(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

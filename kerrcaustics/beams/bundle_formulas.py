@@ -19,7 +19,7 @@ from kerrcaustics.beams.integrator.landing import OF_TURN, horizon_noise, short_
 from kerrcaustics.beams.integrator.nystroem import Rates, nystroem_step
 from kerrcaustics.beams.ray_state import DENSEST, Aim, Arriving, Bundle, BundleState, Constants, Path
 from kerrcaustics.beams.traced_ends import TracedEnd, TracedSky, TracedSphere
-from kerrcaustics.beams.vectors import turned
+from kerrcaustics.beams.vectors import with_small_turn
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.frame import Frame, Photon
@@ -46,7 +46,7 @@ def departing(
     constants, ray, photon = start(frame, sky)
     paths, variations = with_variations(frame, sky, ray)
     aim = aim_at(end, frame, photon)
-    stop, other_time = _left(frame, photon, aim)
+    stop, other_time = _end_without_surface(frame, photon, aim)
     end_time = jnp.where(aim.lost, other_time, aim.mino_time)
     way_in = aim_at(TracedSphere(begin), frame, photon)
     at_once = begin >= frame.radius
@@ -64,7 +64,7 @@ def departing(
     return bundle, BundleState(paths, first_azimuth(frame, ray.rate), none, none), (way_in, aim)
 
 
-def _left(frame: Frame, photon: Photon, aim: Aim) -> tuple[Reals, Reals]:
+def _end_without_surface(frame: Frame, photon: Photon, aim: Aim) -> tuple[Reals, Reals]:
     """Radius just above the horizon, and Mino time to there or to infinity, where rays are left that have no end."""
     quartic, horizon = radial.factor(frame, photon), radial.horizon(frame.spin)
     stop = horizon + _ABOVE_HORIZON * jnp.minimum(1.0, frame.radius - horizon)
@@ -83,8 +83,8 @@ def advanced(spin: Reals, bundle: Bundle, state: BundleState, duration: Reals) -
         h = time_left / jnp.maximum(count, 1)
         paths, gaps = nystroem_step(rates, state.paths, h, (0, len(state.paths) - 1))
         turn = azimuth_step(constants.b, state.paths[0].position, paths[0].position)
-        gap, late = local_error(constants, gaps[0]), clock.local_error(constants, paths[-1], gaps[1])
-        after = BundleState(paths, state.azimuth + turn, state.local_error + gap, state.clock_error + late)
+        gap, time_gap = local_error(constants, gaps[0]), clock.local_error(constants, paths[-1], gaps[1])
+        after = BundleState(paths, state.azimuth + turn, state.local_error + gap, state.clock_error + time_gap)
         return jnp.where(count <= 1, 0.0, time_left - h), steps + 1, after
 
     def goes_on(now: tuple[Reals, Reals, BundleState]) -> Reals:
@@ -120,12 +120,12 @@ def beam_area(spin: Reals, constants: Constants, state: BundleState) -> Reals:
     """Signed area of the beams, from their parts across the rays."""
     ray, *variations = state.paths[:3]
     motion = _motion(spin, constants, ray)
-    return area(motion.psi, [ray, *(_across(ray, motion, by) for by in variations)])
+    return area(motion.psi, [ray, *(_transverse_part(ray, motion, by) for by in variations)])
 
 
 def _displacement(path: Path, by: Path) -> list[Reals]:
     """A displacement of a path as a vector of 1 / r and of the direction."""
-    return [by.position[0], *turned(path.position[1:], by.position[1:], by.psi)]
+    return [by.position[0], *with_small_turn(path.position[1:], by.position[1:], by.psi)]
 
 
 def _motion(spin: Reals, constants: Constants, ray: Path) -> Path:
@@ -133,7 +133,7 @@ def _motion(spin: Reals, constants: Constants, ray: Path) -> Path:
     return Path(ray.rate, ray.rate, ray_rates(spin, constants, ray.position)[1])
 
 
-def _across(ray: Path, motion: Path, by: Path) -> Path:
+def _transverse_part(ray: Path, motion: Path, by: Path) -> Path:
     """A variation less its part along the ray, which would cancel in the area."""
     beside, ahead = _displacement(ray, by), _displacement(ray, motion)
     along = sum(p * q for p, q in zip(beside, ahead, strict=True)) / sum(q * q for q in ahead)
@@ -157,8 +157,8 @@ def timed(frame: Frame, bundle: Bundle, state: BundleState, at_infinity: Flags) 
             constants, bundle.first, ray, state.paths[-1], at_infinity=not end.finite, distant=frame.start == 0
         )
         times.append((time, errors.of_time(frame, end, at, error, error)[0] + _STEP_GAIN * state.clock_error))
-    time, late = (jnp.where(at_infinity, there, here) for there, here in zip(*times, strict=True))
-    return time, error, late
+    time, time_error = (jnp.where(at_infinity, far, near) for far, near in zip(*times, strict=True))
+    return time, error, time_error
 
 
 def _spread(state: BundleState) -> Reals:
@@ -181,7 +181,7 @@ def doubt(spin: Reals, bundle: Bundle, state: BundleState) -> tuple[Reals, Reals
     constants, (u, _, _, z) = bundle.constants, ray.position
     motion = _motion(spin, constants, ray)
     pace, *sizes = (length(_displacement(ray, by)) for by in (motion, *variations))
-    widths = [length(_displacement(ray, _across(ray, motion, by))) for by in variations]
+    widths = [length(_displacement(ray, _transverse_part(ray, motion, by))) for by in variations]
     rounding = _ROUND_OFF * (1 + _spread(state)) + _IN_AREA * bundle.opening / polar_rapidity(constants)
     relative = state.local_error * (1 + _growth(bundle, state)) + rounding
     clock_rate = clock.rate(spin, constants, u, z)

@@ -92,8 +92,8 @@ def _zero(
     before, after = (area(frame.spin, bundle.constants, one) for one in (state, further))
     in_area, pace, clock_rate = kernel("doubt")(frame.spin, bundle, state)
     with np.errstate(invalid="ignore", divide="ignore"):
-        late = in_area * _SLOPE_PART * whole / np.abs(after - before)
-        points["error"] += pace * late
+        zero_error = in_area * _SLOPE_PART * whole / np.abs(after - before)
+        points["error"] += pace * zero_error
         # With that of the radius, which is not known beforehand: far out 1 / r changes in Mino time by 1.
         points["time_error"] += clock_rate * points["error"]
     return points

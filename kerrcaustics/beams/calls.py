@@ -10,44 +10,44 @@ from kerrcaustics.beams.accelerator import on_accelerator
 from kerrcaustics.beams.ends import End, Sphere, Spherical
 from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.beams.kernels.trees import leaves
-from kerrcaustics.beams.ray_end import RayEnd, Wanted
+from kerrcaustics.beams.ray_end import RayEnd, RayOutputs
 from kerrcaustics.beams.spheres import Spheres
 from kerrcaustics.spacetime.viewer import Viewer
 
 
 def closed_form(
-    camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, *, short: bool = False
+    camera: Viewer, sky: np.ndarray, end: End, outputs: RayOutputs, *, short: bool = False
 ) -> RayEnd[np.ndarray]:
     """The closed form of rays; short: by the formulas for small k. Beams have their index and crossings."""
-    name = f"{'short_' if short else ''}{_request(wanted)}{'_equator' if camera.on_equator and not short else ''}"
-    return _called(name, camera, [sky], end)
+    name = f"{'short_' if short else ''}{_request(outputs)}{'_equator' if camera.on_equator and not short else ''}"
+    return _kernel_value(name, camera, [sky], end)
 
 
 def prospects(camera: Viewer, sky: np.ndarray, end: End) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Flags of rays that do not reach their end, that fall in when followed on, and for which both are certain."""
-    return _called("prospects", camera, [sky], end)
+    return _kernel_value("prospects", camera, [sky], end)
 
 
 def work(camera: Viewer, sky: np.ndarray, end: End) -> np.ndarray:
     """An estimate of the work of the integrator on each ray."""
-    return _called("survey", camera, [sky], end)
+    return _kernel_value("survey", camera, [sky], end)
 
 
 def integrate(
-    camera: Viewer, sky: np.ndarray, refinement: np.ndarray, tolerance: float, end: End, wanted: Wanted
+    camera: Viewer, sky: np.ndarray, refinement: np.ndarray, tolerance: float, end: End, outputs: RayOutputs
 ) -> RayEnd[np.ndarray]:
     """Rays integrated once, each with its steps shorter by its refinement; neighbours should be of similar work."""
     # Rays follow their beams there, for their errors: one kernel serves both.
-    name = f"integrated_{_request(replace(wanted, beams=True))}"
-    return _called(name, camera, [sky, refinement], end, tolerance).only(wanted)
+    name = f"integrated_{_request(replace(outputs, beams=True))}"
+    return _kernel_value(name, camera, [sky, refinement], end, tolerance).only(outputs)
 
 
 def deep_ends(
     camera: Viewer, sky: np.ndarray, d: np.ndarray, end: Spherical, second_arrival: np.ndarray
 ) -> tuple[np.ndarray, ...]:
     """The values of closed_form/deep_rays.py for rays of d, at their first or at their second arrivals."""
-    there = Spheres(np.full(len(sky), end.radius), second_arrival) if isinstance(end, Sphere) else end
-    return _called(f"deep{'_equator' if camera.on_equator else ''}", camera, [sky, d], there)
+    surface = Spheres(np.full(len(sky), end.radius), second_arrival) if isinstance(end, Sphere) else end
+    return _kernel_value(f"deep{'_equator' if camera.on_equator else ''}", camera, [sky, d], surface)
 
 
 def roots(
@@ -67,12 +67,12 @@ def depth(camera: Viewer, sky: np.ndarray) -> np.ndarray:
     return _kernel("depth", len(sky)).on_rays(_numbers(camera), [sky])
 
 
-def _request(wanted: Wanted) -> str:
+def _request(outputs: RayOutputs) -> str:
     """The quantities beside n' in the name of a kernel."""
-    return f"{'beams' if wanted.beams else 'rays'}{'_time' if wanted.time else ''}"
+    return f"{'beams' if outputs.beams else 'rays'}{'_time' if outputs.time else ''}"
 
 
-def _called(name: str, camera: Viewer, columns: list[np.ndarray], end: End, *numbers: float) -> Any:
+def _kernel_value(name: str, camera: Viewer, columns: list[np.ndarray], end: End, *numbers: float) -> Any:
     """The value of a kernel of rays to an end."""
     name, columns, numbers_of_end = _to_end(name, columns, end)
     return _kernel(name, len(columns[0])).on_rays((*_numbers(camera), *numbers, *numbers_of_end), columns)

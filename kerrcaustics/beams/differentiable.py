@@ -81,8 +81,8 @@ class Arrival(NamedTuple):
 
 def end(arguments: Arguments, motion: Moving, density: Reals = DENSEST, *, timed: bool) -> Array:
     """n' of one ray that escapes, followed by its time if requested, in `density` steps per radian of arc."""
-    there = arrival(arguments, motion, TracedSky(), density, timed=timed)
-    return jnp.append(there.direction, there.time) if timed else there.direction
+    ray_end = arrival(arguments, motion, TracedSky(), density, timed=timed)
+    return jnp.append(ray_end.direction, ray_end.time) if timed else ray_end.direction
 
 
 def arrival(arguments: Arguments, motion: Moving, surface: TracedEnd, density: Reals, *, timed: bool) -> Arrival:
@@ -100,9 +100,9 @@ def arrival(arguments: Arguments, motion: Moving, surface: TracedEnd, density: R
     if timed:
         far = not surface.finite
         time = clock.reading(constants, ray, path, paths[-1], at_infinity=far, distant=on_screen)
-    there = Arrival(jnp.stack([c * x - s * y, s * x + c * y, z]), u, time)
+    ray_end = Arrival(jnp.stack([c * x - s * y, s * x + c * y, z]), u, time)
     lost = surface.lost(aim, spin, u)
-    return Arrival(*(jnp.where(lost, jnp.nan, part) for part in there))
+    return Arrival(*(jnp.where(lost, jnp.nan, part) for part in ray_end))
 
 
 def _direction(sky: list[Reals]) -> Components:
@@ -194,13 +194,13 @@ def expansion(
     """
 
     def values(ray: Arguments) -> tuple[Array, Array]:
-        def whole(ray: Arguments) -> tuple[Array, tuple[Array, Array]]:
-            there = arrival(ray, motion, surface, density, timed=True)
-            place, normal = _on_surface(surface, there)
-            end_values = jnp.append(place, there.time)
+        def timed_end(ray: Arguments) -> tuple[Array, tuple[Array, Array]]:
+            ray_end = arrival(ray, motion, surface, density, timed=True)
+            place, normal = _on_surface(surface, ray_end)
+            end_values = jnp.append(place, ray_end.time)
             return end_values, (end_values, normal)
 
-        columns, (end_values, normal) = jax.jacfwd(whole, has_aux=True)(ray)
+        columns, (end_values, normal) = jax.jacfwd(timed_end, has_aux=True)(ray)
         numbers = jnp.append(end_values, _determinant(normal, ray[3:], columns[:3, 3:]))
         return numbers, numbers
 
@@ -208,11 +208,11 @@ def expansion(
     return numbers, columns
 
 
-def _on_surface(surface: TracedEnd, there: Arrival) -> tuple[Array, Array]:
+def _on_surface(surface: TracedEnd, ray_end: Arrival) -> tuple[Array, Array]:
     """The place of an end as a vector that moves within the surface, and the normal there."""
     if surface.in_plane:
-        return there.direction / there.u, jnp.array([0.0, 0.0, 1.0])
-    return there.direction, there.direction
+        return ray_end.direction / ray_end.u, jnp.array([0.0, 0.0, 1.0])
+    return ray_end.direction, ray_end.direction
 
 
 def _determinant(normal: Array, sky: Array, slopes: Array) -> Reals:

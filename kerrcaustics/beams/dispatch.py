@@ -9,7 +9,7 @@ from kerrcaustics.beams.accuracy import excess, is_mostly_noise
 from kerrcaustics.beams.beam import Status
 from kerrcaustics.beams.ends import End
 from kerrcaustics.beams.engine import Engine
-from kerrcaustics.beams.ray_end import RayEnd, Wanted
+from kerrcaustics.beams.ray_end import RayEnd, RayOutputs
 from kerrcaustics.beams.ray_state import MOST_K
 from kerrcaustics.spacetime.frame import photon_of
 from kerrcaustics.spacetime.viewer import Viewer
@@ -19,63 +19,65 @@ _MAX_ROUNDS = 5
 _CAPTURED = int(Status.CAPTURED)
 
 
-def followed(
-    camera: Viewer, sky: np.ndarray, engine: Engine, tolerance: float, end: End, wanted: Wanted
+def ray_ends(
+    camera: Viewer, sky: np.ndarray, engine: Engine, tolerance: float, end: End, outputs: RayOutputs
 ) -> RayEnd[np.ndarray]:
     """Rays by the requested engine."""
     if engine is Engine.INTEGRATED:
-        return _by_integrator(camera, sky, tolerance, end, wanted)
-    ends = _by_closed_form(camera, sky, end, wanted).only(wanted)
+        return _by_integrator(camera, sky, tolerance, end, outputs)
+    ends = _by_closed_form(camera, sky, end, outputs).only(outputs)
     unsure = ~ends.closed_form
     if engine is Engine.AUTO:
         unsure |= is_mostly_noise(ends, tolerance)
     rest = np.flatnonzero(unsure)
     if rest.size:
         # The variations of beams say best how errors have grown.
-        more = replace(wanted, beams=True, index=True, crossings=True)
+        more = replace(outputs, beams=True, index=True, crossings=True)
         integrated, before = _by_integrator(camera, sky[rest], tolerance, end.rows(rest), more), ends.rows(rest)
         better = ~before.closed_form | (excess(integrated, tolerance, 0) < excess(before, tolerance, 0))
-        ends.put(rest[better], integrated.rows(better))
+        ends.replace_rows(rest[better], integrated.rows(better))
     return ends
 
 
-def _by_closed_form(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted) -> RayEnd[np.ndarray]:
+def _by_closed_form(camera: Viewer, sky: np.ndarray, end: End, outputs: RayOutputs) -> RayEnd[np.ndarray]:
     """The closed form of all rays, with the formulas for small k."""
     if end.is_beyond(camera):
-        ends = calls.closed_form(camera, sky, end, wanted)
-        _add_small_k(camera, sky, end, wanted, ends)
+        ends = calls.closed_form(camera, sky, end, outputs)
+        _add_small_k(camera, sky, end, outputs, ends)
     else:
-        ends = _finite_closed_form(camera, sky, end, wanted)
+        ends = _finite_closed_form(camera, sky, end, outputs)
     return ends
 
 
-def _add_small_k(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted, ends: RayEnd[np.ndarray]) -> None:
+def _add_small_k(camera: Viewer, sky: np.ndarray, end: End, outputs: RayOutputs, ends: RayEnd[np.ndarray]) -> None:
     """Replace the rays of small k in `ends` by those of their own formulas."""
     rest = np.flatnonzero(~ends.closed_form & (ends.status != _CAPTURED))
     if not rest.size:
         return
     rest = rest[photon_of(camera.frame(), tuple(sky[rest].T)).k < MOST_K]
     if rest.size:
-        short = calls.closed_form(camera, sky[rest], end.rows(rest), wanted, short=True)
-        ends.put(rest[short.closed_form], short.rows(short.closed_form))
+        short = calls.closed_form(camera, sky[rest], end.rows(rest), outputs, short=True)
+        ends.replace_rows(rest[short.closed_form], short.rows(short.closed_form))
 
 
-def _finite_closed_form(camera: Viewer, sky: np.ndarray, end: End, wanted: Wanted) -> RayEnd[np.ndarray]:
+def _finite_closed_form(camera: Viewer, sky: np.ndarray, end: End, outputs: RayOutputs) -> RayEnd[np.ndarray]:
     """The closed form of rays of which few may arrive: the others are not traced."""
     lost, captured, certain = calls.prospects(camera, sky, end)
-    some = calls.closed_form(camera, sky[~lost], end.rows(~lost), wanted)
+    some = calls.closed_form(camera, sky[~lost], end.rows(~lost), outputs)
     ends = some.room(len(sky))
-    ends.put(lost, some.nowhere(np.where(captured[lost], Status.CAPTURED, Status.MISSED), certain[lost]))
-    ends.put(~lost, some)
+    ends.replace_rows(lost, some.nowhere(np.where(captured[lost], Status.CAPTURED, Status.MISSED), certain[lost]))
+    ends.replace_rows(~lost, some)
     return ends
 
 
-def _by_integrator(camera: Viewer, sky: np.ndarray, tolerance: float, end: End, wanted: Wanted) -> RayEnd[np.ndarray]:
+def _by_integrator(
+    camera: Viewer, sky: np.ndarray, tolerance: float, end: End, outputs: RayOutputs
+) -> RayEnd[np.ndarray]:
     """All rays, sorted by work into batches; rays whose error is too large are traced again in shorter steps."""
     order = np.argsort(calls.work(camera, sky, end), kind="stable")
     sky, end = sky[order], end.rows(order)
     refinement = np.ones(len(sky))
-    ends = calls.integrate(camera, sky, refinement, tolerance, end, wanted)
+    ends = calls.integrate(camera, sky, refinement, tolerance, end, outputs)
     for _ in range(_MAX_ROUNDS):
         ratio = excess(ends, tolerance)
         with np.errstate(invalid="ignore"):
@@ -85,11 +87,11 @@ def _by_integrator(camera: Viewer, sky: np.ndarray, tolerance: float, end: End, 
         before = ratio[inaccurate]
         refinement[inaccurate] *= np.maximum(1.5, 1.15 * before ** (1 / 12))
         refined = calls.integrate(
-            camera, sky[inaccurate], refinement[inaccurate], tolerance, end.rows(inaccurate), wanted
+            camera, sky[inaccurate], refinement[inaccurate], tolerance, end.rows(inaccurate), outputs
         )
         after = excess(refined, tolerance)
         better = after < before
-        ends.put(inaccurate[better], refined.rows(better))
+        ends.replace_rows(inaccurate[better], refined.rows(better))
         # If shorter steps do not halve the error, round-off dominates.
         refinement[inaccurate[~(after < before / 2)]] = 0
     return ends.rows(np.argsort(order, kind="stable"))

@@ -73,7 +73,7 @@ class Fall(NamedTuple):
     """The angular momentum of matter there, per mass."""
 
     @classmethod
-    def of(cls, spin: float, sense: int) -> "Fall":
+    def from_isco(cls, spin: float, sense: int) -> "Fall":
         """That of matter that circles in a sense."""
         # Retrograde orbits are the mirror image of prograde ones about a hole of opposite spin.
         last = kerr.isco(spin, sense > 0)
@@ -81,7 +81,7 @@ class Fall(NamedTuple):
 
 
 def _falling(spin: float, radius: Reals, sense: int) -> Motion:
-    return falling_motion(spin, radius, sense, Fall.of(spin, sense), np)
+    return falling_motion(spin, radius, sense, Fall.from_isco(spin, sense), np)
 
 
 def falling_motion(spin: Any, radius: Any, sense: Any, fall: Fall, xp: Any) -> Motion:

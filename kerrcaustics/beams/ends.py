@@ -6,7 +6,7 @@ from kerrcaustics.beams.equatorial_plane import EquatorialPlane
 from kerrcaustics.beams.spheres import SKY, CelestialSphere as CelestialSphere, Sphere, Spheres, Spherical
 from kerrcaustics.beams.surface import End
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import apart, quoted, real_number
+from kerrcaustics.spacetime.checks import differing_digits, quoted, real_number
 from kerrcaustics.spacetime.viewer import Viewer
 
 Wherever = float | Spherical | EquatorialPlane
@@ -22,7 +22,7 @@ def end_of(camera: Viewer, end: object) -> End:
         raise ValueError(f"Argument `end` must be a radius, math.inf or an EquatorialPlane, but is {quoted(end)}.")
     horizon = kerr.horizon(camera.spin)
     if not radius > horizon:
-        value, least = apart(radius, horizon)
+        value, least = differing_digits(radius, horizon)
         raise ValueError(f"Argument `end` must be larger than the horizon radius {least}, but is {value}.")
     if isinstance(end, Sphere):
         return end

@@ -11,7 +11,7 @@ from kerrcaustics.beams.surface import TURN, Coordinate, End, shape_error
 from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.arrays import Reals
-from kerrcaustics.spacetime.checks import apart, numbers, one_of, quoted, real_number, whole_number
+from kerrcaustics.spacetime.checks import differing_digits, numbers, one_of, quoted, real_number, whole_number
 from kerrcaustics.spacetime.viewer import Viewer
 
 # Least radius of a map of the plane, in horizon radii.
@@ -94,7 +94,7 @@ class EquatorialPlane(End):
             raise shape_error(name, shape, places, one)
         horizon, least = kerr.horizon(viewer.spin), values[..., 0].min(initial=math.inf)
         if not least > horizon:
-            radius, limit = apart(float(least), horizon)
+            radius, limit = differing_digits(float(least), horizon)
             raise ValueError(f"Argument `{name}` must have an r larger than the horizon's {limit}, but is {radius}.")
         return values
 

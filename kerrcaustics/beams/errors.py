@@ -55,7 +55,7 @@ def of_time(frame: Frame, end: TracedEnd, at: Arriving, error: Reals, noise: Rea
     reach = radius + _AT_CAMERA * depth(frame.spin, 1 / radius)
     lever = at.speed
     if end.finite:
-        there = depth(frame.spin, at.u)
-        reach, lever = reach + there, end.lever(at, there)
+        end_depth = depth(frame.spin, at.u)
+        reach, lever = reach + end_depth, end.lever(at, end_depth)
     rounding = _TIME_ROUNDING * reach
     return lever * error + rounding, lever * noise + rounding

@@ -7,7 +7,7 @@ from typing import Any
 import jax.numpy as jnp
 
 from kerrcaustics.beams.ray_state import Path
-from kerrcaustics.beams.vectors import cross, dot, turned
+from kerrcaustics.beams.vectors import cross, dot, with_small_turn
 from kerrcaustics.spacetime.arrays import Flags, Reals
 from kerrcaustics.spacetime.frame import Frame
 
@@ -41,8 +41,8 @@ def area(psi_rate: Reals, paths: Sequence[Path]) -> Reals:
     Parameters: psi_rate, that of the ray; paths, the ray and its two variations.
     """
     m = paths[0].position[1:]
-    speed = turned(m, paths[0].rate[1:], psi_rate)
-    first, second = (turned(m, path.position[1:], path.psi) for path in paths[1:])
+    speed = with_small_turn(m, paths[0].rate[1:], psi_rate)
+    first, second = (with_small_turn(m, path.position[1:], path.psi) for path in paths[1:])
     # At the camera the variations themselves vanish: their rates span the beam.
     starting = (paths[1].position[0] == 0) & (dot(first, first) == 0)
     first = tuple(jnp.where(starting, r, d) for r, d in zip(paths[1].rate[1:], first, strict=True))

@@ -7,7 +7,7 @@ import numpy as np
 from kerrcaustics.beams.beam import Ellipses
 from kerrcaustics.beams.bundles import Bundle, BundleState
 from kerrcaustics.beams.ray_state import Path
-from kerrcaustics.beams.vectors import dot, turned
+from kerrcaustics.beams.vectors import dot, with_small_turn
 from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.spacetime.arrays import Reals
 from kerrcaustics.spacetime.frame import Frame
@@ -92,7 +92,7 @@ class PathBeams(Ellipses):
         return np.cos(angle) * self.screen[..., 0, :] + np.sin(angle) * self.screen[..., 1, :]
 
 
-class _Metric(NamedTuple):
+class _MetricFunctions(NamedTuple):
     """Metric functions at places, finite at infinity: h = Delta / r^2, sigma = Sigma / r^2, B = A / r^4 of JTFT A.1."""
 
     u: Reals
@@ -115,9 +115,9 @@ def beams_along(frame: Frame, bundle: Bundle, state: BundleState, error: Array) 
     rows = _screen(heading)
     columns, sizes = [], []
     for by in variations:
-        change = turned(m, by.position[1:], by.psi)
+        change = with_small_turn(m, by.position[1:], by.psi)
         moved = by.position[0], dot(change, e_theta), dot(change, e_phi)
-        column, size = _across(frame.spin, metric, ray.rate[0], aside, (heading, tilt, rows), moved)
+        column, size = _transverse_displacement(frame.spin, metric, ray.rate[0], aside, (heading, tilt, rows), moved)
         columns.append(np.stack(column, axis=-1))
         sizes.append(size)
     jacobian = np.stack(columns, axis=-1)
@@ -134,14 +134,14 @@ def beams_along(frame: Frame, bundle: Bundle, state: BundleState, error: Array) 
     }
 
 
-def _metric(spin: float, u: Reals, m: Vector) -> _Metric:
+def _metric(spin: float, u: Reals, m: Vector) -> _MetricFunctions:
     au, sine = spin * u, np.hypot(m[0], m[1])
     h = 1 - 2 * u + au * au
-    return _Metric(u, sine, h, 1 + (au * m[2]) ** 2, (1 + au * au) ** 2 - au * au * h * sine * sine)
+    return _MetricFunctions(u, sine, h, 1 + (au * m[2]) ** 2, (1 + au * au) ** 2 - au * au * h * sine * sine)
 
 
 def _heading(
-    spin: float, bundle: Bundle, at: _Metric, ray: Path, aside: tuple[Reals, Reals]
+    spin: float, bundle: Bundle, at: _MetricFunctions, ray: Path, aside: tuple[Reals, Reals]
 ) -> tuple[Vector, tuple[Reals, Reals]]:
     """Components of the ray's direction for the fiducial observer, and the last two over u."""
     lapse, shift = np.sqrt(at.sigma * at.h / at.big), 2 * spin * at.u**3 / at.big
@@ -158,9 +158,9 @@ def _screen(heading: Vector) -> tuple[Vector, Vector]:
     return first, (-z - sign * y * y * over, sign * x * y * over, x)
 
 
-def _across(
+def _transverse_displacement(
     spin: float,
-    at: _Metric,
+    at: _MetricFunctions,
     u_rate: Reals,
     aside: tuple[Reals, Reals],
     sight: tuple[Vector, tuple[Reals, Reals], tuple[Vector, Vector]],
@@ -176,8 +176,8 @@ def _across(
     du, d_theta, d_phi = moved
     radial = np.sqrt(at.sigma / at.h) * du
     # u^2 dt, and sin theta omega dt.
-    late = -u_rate * du / at.h - at.u**2 * (aside[0] * d_theta + aside[1] * d_phi)
-    drag = at.sine * 2 * spin * at.u / at.big * late
+    delay = -u_rate * du / at.h - at.u**2 * (aside[0] * d_theta + aside[1] * d_phi)
+    drag = at.sine * 2 * spin * at.u / at.big * delay
     along = np.sqrt(at.sigma) * d_theta, np.sqrt(at.big / at.sigma) * (d_phi - drag)
     sign, over = np.where(z >= 0, 1.0, -1.0), 1 / (1 + np.abs(z))
     # The first components of the rows over u, times -1.

@@ -20,7 +20,7 @@ from kerrcaustics.results.shown import Shown
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera
-from kerrcaustics.spacetime.checks import apart, flags, quoted, real_array, real_number, whole_number
+from kerrcaustics.spacetime.checks import differing_digits, flags, quoted, real_array, real_number, whole_number
 from kerrcaustics.spacetime.frame import Frame, Photon
 from kerrcaustics.spacetime.sphere import from_angles
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
@@ -218,7 +218,7 @@ def _checked_start(camera: Viewer, start: object) -> float:
     """The radius where places begin; a ValueError unless it is one outside the horizon."""
     radius, horizon = real_number("start", start), kerr.horizon(camera.spin)
     if not radius > horizon:
-        value, least = apart(radius, horizon)
+        value, least = differing_digits(radius, horizon)
         raise ValueError(f"Argument `start` must be larger than the horizon radius {least}, but is {value}.")
     return radius
 
@@ -321,8 +321,8 @@ def _fields(
     lost, radius, theta = kernel(f"end_place_{end.kernel}")(frame.spin, bundle, end.numbers(), aim, last)
     at_infinity = np.zeros(times[shown].shape, bool)
     at_infinity[-1] = np.isinf(radius)
-    there = mapped(lambda leaf: leaf[shown], track)
-    fields, along = places(frame, bundle, there, times[shown], at_infinity), {}
+    shown_track = mapped(lambda leaf: leaf[shown], track)
+    fields, along = places(frame, bundle, shown_track, times[shown], at_infinity), {}
     # The end is known beforehand: the miss shows the error of the time, close to the shadow edge.
     fields["error"][-1] += off
     # The exact first and last places.
@@ -335,9 +335,9 @@ def _fields(
     unknown = np.isnan(bundle.end_time)
     fields = {name: np.where(unknown, np.nan, values).T for name, values in fields.items()}
     if beams:
-        along = beams_along(frame, bundle, there, fields["error"].T)
+        along = beams_along(frame, bundle, shown_track, fields["error"].T)
         along = {name: np.swapaxes(values, 0, 1) for name, values in along.items()}
-        along = {name: np.where(_like(unknown, values), np.nan, values) for name, values in along.items()}
+        along = {name: np.where(_broadcast_flags(unknown, values), np.nan, values) for name, values in along.items()}
     with np.errstate(invalid="ignore"):
         status = np.where(fields["error"][:, -1] > _WANTED, Status.INACCURATE, Status.ESCAPED)
     status = np.where(lost | unknown, np.where(bundle.captured, Status.CAPTURED, Status.MISSED), status)
@@ -352,7 +352,7 @@ def _polar_rapidity(constants: Constants) -> Array:
     return np.sqrt(np.maximum(constants.k, 0) + 3)
 
 
-def _like(flags: np.ndarray, values: np.ndarray) -> np.ndarray:
+def _broadcast_flags(flags: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Flags of the first axis of values, for all of them."""
     return flags.reshape(-1, *[1] * (values.ndim - 1))
 

@@ -10,7 +10,7 @@ from kerrcaustics.beams.beam import Status
 
 
 @dataclass(frozen=True)
-class Wanted:
+class RayOutputs:
     """Quantities to compute beside n': the kernel holds no others.
 
     beams: the first variation of the end.
@@ -85,14 +85,14 @@ class RayEnd(Generic[A]):
     crossings: A | None = None
     crossings_certain: A | None = None
 
-    def only(self, wanted: Wanted) -> "RayEnd[A]":
+    def only(self, outputs: RayOutputs) -> "RayEnd[A]":
         """The rays without the first variation, the index, the crossings or the time that are not requested."""
-        if wanted.beams and wanted.index and wanted.crossings and (wanted.time or self.time is None):
+        if outputs.beams and outputs.index and outputs.crossings and (outputs.time or self.time is None):
             return self
-        beams = {} if wanted.beams else {"jacobian": None, "jacobian_error": None, "diameter_error": None}
-        index = {} if wanted.index else {"index": None, "index_certain": None}
-        crossings = {} if wanted.crossings else {"crossings": None, "crossings_certain": None}
-        time = {} if wanted.time else {"time": None, "time_error": None, "time_noise": None}
+        beams = {} if outputs.beams else {"jacobian": None, "jacobian_error": None, "diameter_error": None}
+        index = {} if outputs.index else {"index": None, "index_certain": None}
+        crossings = {} if outputs.crossings else {"crossings": None, "crossings_certain": None}
+        time = {} if outputs.time else {"time": None, "time_error": None, "time_noise": None}
         return replace(self, **beams, **index, **crossings, **time)
 
     def _changed(self: "RayEnd[np.ndarray]", change: Callable[[np.ndarray], np.ndarray]) -> "RayEnd[np.ndarray]":
@@ -103,7 +103,7 @@ class RayEnd(Generic[A]):
         """The chosen rays."""
         return self._changed(lambda values: values[chosen])
 
-    def put(self: "RayEnd[np.ndarray]", chosen: np.ndarray | slice, replacement: "RayEnd[np.ndarray]") -> None:
+    def replace_rows(self: "RayEnd[np.ndarray]", chosen: np.ndarray | slice, replacement: "RayEnd[np.ndarray]") -> None:
         """Write other rays in the place of the chosen ones, for all quantities that both hold."""
         new_values = vars(replacement)
         for name, mine in vars(self).items():

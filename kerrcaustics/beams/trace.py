@@ -13,11 +13,11 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.accelerator import MOST_RAYS, on_accelerator
 from kerrcaustics.beams.beam import Beams, Rays, engines_used
 from kerrcaustics.beams.directions import as_vectors, normalised
-from kerrcaustics.beams.dispatch import followed
+from kerrcaustics.beams.dispatch import ray_ends
 from kerrcaustics.beams.emitters import redshift as frequency_ratio
 from kerrcaustics.beams.ends import End, Wherever, end_of
 from kerrcaustics.beams.engine import Engine, engine_named, in_words
-from kerrcaustics.beams.ray_end import RayEnd, Wanted
+from kerrcaustics.beams.ray_end import RayEnd, RayOutputs
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.spacetime.checks import flags, quoted, real_number
 from kerrcaustics.spacetime.frame import doppler, photon_of
@@ -163,9 +163,9 @@ def trace_beams(
     """
     flags(time=time, index=index, crossings=crossings, redshift=redshift, constants=constants, emission=emission)
     check_viewer(camera)
-    wanted = {"time": time, "index": index, "crossings": crossings}
+    outputs = {"time": time, "index": index, "crossings": crossings}
     extra = {"redshift": redshift, "constants": constants, "emission": emission}
-    beams = beams_of_directions(camera, camera.directions(sky), engine, tolerance, end=end, **wanted, **extra)
+    beams = beams_of_directions(camera, camera.directions(sky), engine, tolerance, end=end, **outputs, **extra)
     by_places = camera.by_places(sky, beams.jacobian)
     return beams if by_places is beams.jacobian else replace(beams, jacobian=by_places)
 
@@ -181,7 +181,7 @@ def rays_of_directions(
     **extra: bool,
 ) -> Rays:
     """Rays of directions (..., 3) as engines take them, of an Observer too; all else as for `trace_rays`."""
-    return _traced(Rays, camera, directions, engine, tolerance, end, Wanted(time=time), _Extra(**extra))
+    return _trace(Rays, camera, directions, engine, tolerance, end, RayOutputs(time=time), _Extra(**extra))
 
 
 def beams_of_directions(
@@ -198,8 +198,8 @@ def beams_of_directions(
     **extra: bool,
 ) -> Beams:
     """Beams of directions (..., 3) as engines take them, varied along tangents there; else as for `trace_beams`."""
-    wanted = Wanted(beams=True, index=index, crossings=crossings, time=time)
-    return _traced(Beams, camera, directions, engine, tolerance, end, wanted, _Extra(redshift=redshift, **extra))
+    outputs = RayOutputs(beams=True, index=index, crossings=crossings, time=time)
+    return _trace(Beams, camera, directions, engine, tolerance, end, outputs, _Extra(redshift=redshift, **extra))
 
 
 def check_request(camera: Viewer, engine: str, tolerance: float) -> tuple[Engine, float]:
@@ -211,14 +211,14 @@ def check_request(camera: Viewer, engine: str, tolerance: float) -> tuple[Engine
     return chosen, largest_error
 
 
-def _traced(
+def _trace(
     kind: type[Result],
     camera: Viewer,
     sky: ArrayLike,
     engine: str,
     tolerance: float,
     end: Any,
-    wanted: Wanted,
+    outputs: RayOutputs,
     extra: _Extra,
 ) -> Result:
     """The result, traced block by block: on all cores, or in one stream of an accelerator."""
@@ -231,12 +231,12 @@ def _traced(
 
     def block(start: int) -> Fields:
         block_rays = slice(start, start + size)
-        unit, there = normalised(directions[block_rays]), surface.rows(block_rays)
-        ends = followed(camera, unit, chosen, tolerance, there.bare(), wanted)
+        unit, block_surface = normalised(directions[block_rays]), surface.rows(block_rays)
+        ends = ray_ends(camera, unit, chosen, tolerance, block_surface.bare(), outputs)
         fields = ends.finished(tolerance)
         if not extra.redshift:
             del fields["redshift"]
-        return fields | _extras(extra, camera, unit, there, ends)
+        return fields | _extras(extra, camera, unit, block_surface, ends)
 
     first = block(0)
     fields = first

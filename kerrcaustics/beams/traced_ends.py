@@ -294,7 +294,7 @@ PLACES: dict[str, type[TracedEnd]] = {"sky": TracedSky, "sphere": TracedSphere, 
 """Ends by the names that `End.kernel` has."""
 
 
-def traced(end: End) -> TracedEnd:
+def traced_end(end: End) -> TracedEnd:
     """The counterpart of a surface."""
     return PLACES[end.kernel](*end.numbers())
 

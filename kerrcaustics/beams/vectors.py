@@ -15,6 +15,6 @@ def cross(p: Any, q: Any) -> tuple[Reals, Reals, Reals]:
     return p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]
 
 
-def turned(m: Any, change: Any, angle: Reals) -> tuple[Reals, Reals, Reals]:
+def with_small_turn(m: Any, change: Any, angle: Reals) -> tuple[Reals, Reals, Reals]:
     """A change of m together with a turn about the spin axis by a small angle."""
     return change[0] - angle * m[1], change[1] + angle * m[0], change[2]

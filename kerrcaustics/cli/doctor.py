@@ -85,11 +85,11 @@ def _opengl(tried: bool) -> dict[str, Any]:
 
 def _kernels() -> dict[str, Any]:
     """The instruction set of the kernels in use, all that are there, and what is wrong with them."""
-    from kerrcaustics.beams.kernels.library import catalogue, level, levels_there
+    from kerrcaustics.beams.kernels.library import available_levels, catalogue, level
 
     try:
         count = len(catalogue()["kernels"])
-        return {"level": level(), "levels": [*levels_there()], "count": count, "problem": None}
+        return {"level": level(), "levels": [*available_levels()], "count": count, "problem": None}
     except RuntimeError as error:
         return {"level": None, "levels": [], "count": 0, "problem": str(error)}
 

@@ -5,7 +5,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from kerrcaustics.choices import near
+from kerrcaustics.choices import suggestion
 from kerrcaustics.cli.app import app, with_examples
 from kerrcaustics.cli.endings import BadInput, one_line, stop
 from kerrcaustics.cli.options import COMMON, CommonOptions, FileName
@@ -33,7 +33,7 @@ def figures(*names: str, output: FileName | None = None, common: CommonOptions =
     for name in names:
         if name not in available:
             raise BadInput(
-                f"Argument NAMES must be some of {', '.join(available)}, but one is {name}{near(name, available)}"
+                f"Argument NAMES must be some of {', '.join(available)}, but one is {name}{suggestion(name, available)}"
             )
     selection = list(dict.fromkeys(names)) or available
     folder = output or figures_folder(FIGURES)

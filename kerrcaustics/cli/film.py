@@ -7,7 +7,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from kerrcaustics.choices import Quality, near
+from kerrcaustics.choices import Quality, suggestion
 from kerrcaustics.cli.app import app, with_examples
 from kerrcaustics.cli.endings import BadInput, stop
 from kerrcaustics.cli.options import COMMON, HERE, CommonOptions, FileName, Flag, WorkerOptions
@@ -157,7 +157,8 @@ def _check_name(name: str, count: int | None, quality: Quality | None, resizing:
     names = sorted([*script_names(FILMS, "Films"), *film_templates()])
     if name not in names:
         raise BadInput(
-            f"Argument NAME must be one of {', '.join(names)}, or a scene (.toml), but is {name}{near(name, names)}"
+            f"Argument NAME must be one of {', '.join(names)}, or a scene (.toml), but is {name}"
+            f"{suggestion(name, names)}"
         )
     for option, value in {"--quality": quality, "--size": resizing.size, "--scale": resizing.scale}.items():
         if value is not None:

@@ -1,6 +1,6 @@
 """The command `scene`."""
 
-from kerrcaustics.choices import near
+from kerrcaustics.choices import suggestion
 from kerrcaustics.cli.app import app, with_examples
 from kerrcaustics.cli.endings import BadInput
 from kerrcaustics.cli.options import COMMON, CommonOptions
@@ -32,7 +32,8 @@ def scene(*, template: str | None = None, common: CommonOptions = COMMON) -> Non
         return
     if template not in templates:
         raise BadInput(
-            f"Argument --template must be one of {', '.join(templates)}, but is {template}{near(template, templates)}"
+            f"Argument --template must be one of {', '.join(templates)}, but is {template}"
+            f"{suggestion(template, templates)}"
         )
     text = template_text(template)
     common.write({"schema": "kerrcaustics/scene/1", "template": template, **tomllib.loads(text)})

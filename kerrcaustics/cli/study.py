@@ -9,7 +9,7 @@ from typing import Annotated
 
 import cyclopts
 
-from kerrcaustics.choices import near
+from kerrcaustics.choices import suggestion
 from kerrcaustics.cli.app import app, with_examples
 from kerrcaustics.cli.endings import BadInput, one_line, stop
 from kerrcaustics.cli.options import COMMON, CommonOptions, FileName
@@ -48,7 +48,7 @@ def study(name: str, /, *, output: FileName | None = None, common: CommonOptions
 
     names = script_names(STUDIES, "Studies")
     if name not in names:
-        raise BadInput(f"Argument NAME must be one of {', '.join(names)}, but is {name}{near(name, names)}")
+        raise BadInput(f"Argument NAME must be one of {', '.join(names)}, but is {name}{suggestion(name, names)}")
     folder = output or Path(f"study-{name}")
     make_folder(folder)
     check_outputs({"--output": folder / f"{name}.json"})

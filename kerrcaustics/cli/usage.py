@@ -6,7 +6,7 @@ from typing import Any, Literal, get_args, get_origin
 
 import cyclopts
 
-from kerrcaustics.choices import either, near
+from kerrcaustics.choices import either, suggestion
 
 _WORDS = {int: "a whole number", float: "a number", bool: "true or false"}
 
@@ -26,7 +26,7 @@ def _unknown_command(error: Any) -> str:
     names = [name for name in error.app if not name.startswith("-")]
     word = error.unused_tokens[0]
     # An option may be meant: help, --verson.
-    return f"Argument COMMAND must be one of {', '.join(sorted(names))}, but is {word}{near(word, error.app)}"
+    return f"Argument COMMAND must be one of {', '.join(sorted(names))}, but is {word}{suggestion(word, error.app)}"
 
 
 def _unknown_option(error: Any) -> str:
@@ -36,7 +36,7 @@ def _unknown_option(error: Any) -> str:
 
 def _unknown(error: cyclopts.CycloptsError, word: str, names: Iterable[str]) -> str:
     option = word.partition("=")[0]
-    end = near(option, names)
+    end = suggestion(option, names)
     if end == ".":
         end = f"; {_command(error)} --help lists all options."
     return f"Argument {option} is unknown{end}"
@@ -49,7 +49,7 @@ def _no_value(error: Any) -> str:
     options = [token for token in error.root_input_tokens or () if token in argument.names]
     for token in [] if options else error.unused_tokens or ():
         # Misspelt, it is missing too.
-        similar = near(token.partition("=")[0], argument.names) != "."
+        similar = suggestion(token.partition("=")[0], argument.names) != "."
         if token.startswith("--") and similar and _is_unknown(error, token):
             return _unknown(error, token, argument.names)
     if error.tokens_so_far:
@@ -86,7 +86,7 @@ def _wrong_value(error: Any) -> str:
     value = token.value or _after_sign(error, token.keyword)
     if argument.hint is not error.target_type and _count(argument) > 1:
         must = _values(argument)
-    end = near(value, map(str, get_args(error.target_type)))
+    end = suggestion(value, map(str, get_args(error.target_type)))
     return f"Argument {token.keyword or _name(argument)} must be {must}, but is {value or 'empty'}{end}"
 
 

@@ -152,8 +152,8 @@ def critical_curves(
 
     Parameters as for `caustics`; surface: a sphere, as a first arrival. The camera's velocity does not matter.
     """
-    _, wanted = check_request(camera, engine, tolerance)
-    return curves_of(SearchMap(camera.at_rest(), surface, engine, wanted), orders)
+    _, tolerance = check_request(camera, engine, tolerance)
+    return curves_of(SearchMap(camera.at_rest(), surface, engine, tolerance), orders)
 
 
 def curves_of(search_map: SearchMap, orders: int) -> CriticalCurves:
@@ -259,24 +259,24 @@ def points_between(
 def _sample(search: Search, curves: dict[int, Points], half: bool) -> dict[int, list[str]]:
     """Cut steps that are too long, in place, all curves at once; returns what stayed coarse, in words, by order."""
     missed = {k: np.empty(0) for k in curves}
-    wanted: dict[int, Array] = {}
+    cut_phases: dict[int, Array] = {}
     for halving in range(_MOST_HALVINGS + 1):
-        wanted = {k: np.setdiff1d(_cuts(curve, half), missed[k]) for k, curve in curves.items() if len(curve) > 3}
-        wanted = {k: edge_phase for k, edge_phase in wanted.items() if len(edge_phase)}
-        if halving == _MOST_HALVINGS or not any(len(curves[k]) < _MOST_POINTS for k in wanted):
+        cut_phases = {k: np.setdiff1d(_cuts(curve, half), missed[k]) for k, curve in curves.items() if len(curve) > 3}
+        cut_phases = {k: edge_phase for k, edge_phase in cut_phases.items() if len(edge_phase)}
+        if halving == _MOST_HALVINGS or not any(len(curves[k]) < _MOST_POINTS for k in cut_phases):
             break
-        wanted = {k: edge_phase for k, edge_phase in wanted.items() if len(curves[k]) < _MOST_POINTS}
-        closed = {k: curves[k] if half else curves[k].joined(curves[k][:1].shifted(1)) for k in wanted}
-        for k, new in points_between(search, closed, wanted).items():
-            missed[k] = np.concatenate([missed[k], np.setdiff1d(wanted[k], new.edge_phase)])
+        cut_phases = {k: edge_phase for k, edge_phase in cut_phases.items() if len(curves[k]) < _MOST_POINTS}
+        closed = {k: curves[k] if half else curves[k].joined(curves[k][:1].shifted(1)) for k in cut_phases}
+        for k, new in points_between(search, closed, cut_phases).items():
+            missed[k] = np.concatenate([missed[k], np.setdiff1d(cut_phases[k], new.edge_phase)])
             merged = curves[k].joined(new)
             curves[k] = merged[np.argsort(merged.edge_phase, kind="stable")]
     notes: dict[int, list[str]] = {k: [] for k in curves}
     for k in curves:
         if len(missed[k]):
             notes[k].append(f"{len(missed[k])} points between neighbours could not be found")
-        if k in wanted:
-            notes[k].append(f"{len(wanted[k])} steps between neighbours stayed longer than they should")
+        if k in cut_phases:
+            notes[k].append(f"{len(cut_phases[k])} steps between neighbours stayed longer than they should")
     return notes
 
 

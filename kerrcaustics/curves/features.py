@@ -53,7 +53,7 @@ class Features:
     lost_cusps: int
 
 
-class _Piece(NamedTuple):
+class _CurveSection(NamedTuple):
     """A short piece of one curve: its order, what is looked for, its middle and half-width in `edge_phase`."""
 
     order: int
@@ -62,10 +62,10 @@ class _Piece(NamedTuple):
     half: float
 
 
-class _Model(NamedTuple):
+class _SectionPoints(NamedTuple):
     """A piece with its points at `NODES`."""
 
-    piece: _Piece
+    piece: _CurveSection
     points: Points
 
 
@@ -84,7 +84,7 @@ def find_features(search: Search, curves: Iterable[CriticalCurve]) -> dict[int, 
     Curves that are not much larger than their error have none: the search would find only noise.
     """
     features = {curve.order: Features({}, [], 0) for curve in curves}
-    models, lost = _models(search, curves, (*_EXTREMES, "cusps"))
+    models, lost = _sections(search, curves, (*_EXTREMES, "cusps"))
     for piece in lost:
         features[piece.order].lost_cusps += piece.what == "cusps"
     for (order, what), extreme in _extremes(models).items():
@@ -103,12 +103,12 @@ def extreme_places(search: Search, curves: Iterable[CriticalCurve]) -> dict[tupl
     The points are those at `NODES`, and the place is on the same scale, -1 to 1. The extremes of curves that are not
     much larger than their error are missing, and so are those whose piece could not be traced.
     """
-    models, _ = _models(search, curves, tuple(_EXTREMES))
+    models, _ = _sections(search, curves, tuple(_EXTREMES))
     places = _peaks(_heights(models))[0].tolist()
     return {model.piece[:2]: (model.points, at) for model, at in zip(models, places, strict=True)}
 
 
-def _pieces(curve: CriticalCurve, around: Points) -> list[_Piece]:
+def _pieces(curve: CriticalCurve, around: Points) -> list[_CurveSection]:
     points, n = curve.points, len(curve.points)
     places = [(name, int(np.argmax(sign * getattr(points, field)))) for name, (field, sign) in _EXTREMES.items()]
     places += [("cusps", i) for i in _reversals(points)]
@@ -116,7 +116,7 @@ def _pieces(curve: CriticalCurve, around: Points) -> list[_Piece]:
     for what, i in places:
         # From the point before to the one after it.
         low, high = around.edge_phase[n + i - 1], around.edge_phase[n + i + 1]
-        pieces.append(_Piece(curve.order, what, (low + high) / 2, (high - low) / 2))
+        pieces.append(_CurveSection(curve.order, what, (low + high) / 2, (high - low) / 2))
     return pieces
 
 
@@ -142,9 +142,9 @@ def _oriented(axes: Float[Array, "*rows points 3"]) -> Float[Array, "*rows point
     return axes * np.concatenate([np.ones((*axes.shape[:-2], 1)), signs], axis=-1)[..., None]
 
 
-def _models(
+def _sections(
     search: Search, curves: Iterable[CriticalCurve], features: tuple[str, ...]
-) -> tuple[list[_Model], list[_Piece]]:
+) -> tuple[list[_SectionPoints], list[_CurveSection]]:
     """The pieces of resolved curves around these features with their points, in one go; those that were not traced."""
     around = {curve.order: curve.over_three_turns() for curve in curves if curve.is_resolved}
     every = [_pieces(curve, around[curve.order]) for curve in curves if curve.is_resolved]
@@ -158,11 +158,13 @@ def _models(
     traced = points_between(search, around, edge_phases)
     models, lost = [], []
     for piece in pieces:
-        points, wanted = traced[piece.order], piece.middle + piece.half * NODES
-        at = np.searchsorted(points.edge_phase, wanted)
-        whole = (at < len(points)).all() and np.array_equal(points.edge_phase[np.minimum(at, len(points) - 1)], wanted)
+        points, node_phases = traced[piece.order], piece.middle + piece.half * NODES
+        at = np.searchsorted(points.edge_phase, node_phases)
+        whole = (at < len(points)).all() and np.array_equal(
+            points.edge_phase[np.minimum(at, len(points) - 1)], node_phases
+        )
         if whole:
-            models.append(_Model(piece, points[at]))
+            models.append(_SectionPoints(piece, points[at]))
         else:
             lost.append(piece)
     return models, lost
@@ -185,7 +187,7 @@ def _tails(coefficients: Float[Array, "pieces powers"]) -> Float[Array, " pieces
     return np.asarray(np.abs(coefficients[:, -3:]).max(axis=1))
 
 
-def _heights(models: list[_Model]) -> Float[Array, "pieces nodes"]:
+def _heights(models: list[_SectionPoints]) -> Float[Array, "pieces nodes"]:
     """What is largest at the extreme of each piece, at its nodes."""
     if not models:
         return np.empty((0, _POWERS))
@@ -221,7 +223,7 @@ def _polished(
     return place
 
 
-def _extremes(models: list[_Model]) -> dict[tuple[int, str], tuple[float, float]]:
+def _extremes(models: list[_SectionPoints]) -> dict[tuple[int, str], tuple[float, float]]:
     """By order and name the largest or least value on each piece, and its error."""
     models = [model for model in models if model.piece.what != "cusps"]
     heights = _heights(models)
@@ -237,7 +239,7 @@ def _extremes(models: list[_Model]) -> dict[tuple[int, str], tuple[float, float]
     }
 
 
-def _cusps(models: list[_Model]) -> list[_Root]:
+def _cusps(models: list[_SectionPoints]) -> list[_Root]:
     """Places where the caustic's speed along its tangent changes sign, on each piece the one next to its middle.
 
     The caustic's velocity is along the major axis everywhere; at a cusp its component there vanishes.

@@ -37,8 +37,10 @@ _PLACES = 257
 _RANGE = 1e3
 # Lines across the shadow edge, steps of the grid: every other one is traced first.
 _LINES = 512
-# Wanted error of beams that only their index is asked of; a beam so flat may be close to others that are flat.
-_COARSE, _THIN = 1e-6, 0.1
+# Tolerance of beams whose index alone is needed, radians.
+_COARSE = 1e-6
+# Ratio of diameters below which a beam may lie close to flat ones.
+_THIN = 0.1
 # Chebyshev nodes about an extreme.
 _NODES = 9
 # Fewest points of a curve.

@@ -242,10 +242,10 @@ def _part_at(
     rising = np.concatenate([[True], np.diff(known) > 0]) & np.isfinite(known)
     last = len(known) if rising.all() else int(np.argmin(rising))
     away, height = np.log(1 - part[:last]), np.log(known[:last])
-    wanted = np.log(np.minimum(inverse, known[last - 1]))
+    target = np.log(np.minimum(inverse, known[last - 1]))
     # Below the first one, on the straight line through the first two.
-    low = np.minimum(wanted - height[0], 0) * (away[1] - away[0]) / (height[1] - height[0])
-    met = 1 - np.exp(PchipInterpolator(height, away)(np.maximum(wanted, height[0])) + low)
+    low = np.minimum(target - height[0], 0) * (away[1] - away[0]) / (height[1] - height[0])
+    met = 1 - np.exp(PchipInterpolator(height, away)(np.maximum(target, height[0])) + low)
     # A little further, where the radius may still be met: what is not found there is left out.
     step = part[last - 1] - part[last] if last < len(known) else 0.0
     beyond = np.clip((inverse - known[last - 1]) / max(known[last - 1] - known[last - 2], 1e-12), 0, 1)

@@ -63,14 +63,14 @@ class _Sides(Rows):
 
     one: points at the starts.
     other: points at the ends.
-    turned: True where the caustic turns back on the side or next to it, at a cusp.
+    at_cusp: True on sides at a cusp or next to one, where the caustic reverses its direction.
     height: upper bound for the distance of the caustic from the side, radians.
     south: normal of the great circle, toward the south pole.
     """
 
     one: Points
     other: Points
-    turned: Bool[Array, " sides"]
+    at_cusp: Bool[Array, " sides"]
     height: Float[Array, " sides"]
     south: Float[Array, "sides 3"]
 
@@ -260,29 +260,29 @@ def _closed_sides(points: Points) -> _Sides:
     chord = lengths(step)
     along = np.einsum("ij,ij->i", step, points.major)
     agree = np.sign(np.einsum("ij,ij->i", points.major, following.major))
-    turned = np.sign(along) * agree != np.sign(np.roll(along, -1))
-    turned |= np.roll(turned, 1)
+    at_cusp = np.sign(along) * agree != np.sign(np.roll(along, -1))
+    at_cusp |= np.roll(at_cusp, 1)
     longest = np.maximum(chord, np.maximum(np.roll(chord, 1), np.roll(chord, -1)))
-    return _sides(points, following, turned, longest)
+    return _sides(points, following, at_cusp, longest)
 
 
 def _halves(sides: _Sides, middle: Points) -> _Sides:
     """The first halves of divided sides, then the second ones: at a cusp the caustic leaves them by a quarter."""
-    turned, height = np.tile(sides.turned, 2), np.tile(sides.height / 4, 2)
-    return _sides(sides.one.joined(middle), middle.joined(sides.other), turned, height)
+    at_cusp, height = np.tile(sides.at_cusp, 2), np.tile(sides.height / 4, 2)
+    return _sides(sides.one.joined(middle), middle.joined(sides.other), at_cusp, height)
 
 
-def _sides(first: Points, second: Points, turned: Bool[Array, " sides"], height: Float[Array, " sides"]) -> _Sides:
-    """Sides from points to points; height: where the caustic turns back."""
+def _sides(first: Points, second: Points, at_cusp: Bool[Array, " sides"], height: Float[Array, " sides"]) -> _Sides:
+    """Sides from points to points; height: upper bound for the distance of the caustic from the side at cusps."""
     step = second.direction - first.direction
     chord = lengths(step)
     bend = lengths(np.cross(first.major, second.major))
     # A side at a large angle to the curve's own direction has a cusp next to it.
     lean = lengths(np.cross(step / np.where(chord == 0, 1, chord)[:, None], first.major))
-    height = np.where(turned, height, chord * np.maximum(bend, 2 * lean))
+    height = np.where(at_cusp, height, chord * np.maximum(bend, 2 * lean))
     # Short sides ask for differences, not products of unit vectors.
     normal = np.cross(first.direction, step)
-    return _Sides(first, second, turned, height, normal * np.where(normal[:, 2:] < 0, 1, -1))
+    return _Sides(first, second, at_cusp, height, normal * np.where(normal[:, 2:] < 0, 1, -1))
 
 
 def degrees(grid: Float[Array, "rows columns 3"], star: Float[Array, "stars 3"]) -> Int[Array, " stars"]:

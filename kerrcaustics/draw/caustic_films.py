@@ -121,7 +121,7 @@ class Mapping:
         low = 0.93 - height * (place + 1) + 0.075
         ax = celestial_sphere(self.figure.add_axes((0.575, low, 0.40, height - 0.11)), caustic)
         ax.set_aspect("auto")
-        _closer(ax, caustic)
+        _enlarge(ax, caustic)
         ax.set_title(f"{style.order_name(caustic.order)} caustic, on the celestial sphere")
         if place < len(self.caustics) - 1:
             ax.set_xlabel("")
@@ -141,7 +141,7 @@ class Mapping:
             return self._backdrop.pixels()
 
 
-def _closer(ax: Axes, caustic: Caustic) -> None:
+def _enlarge(ax: Axes, caustic: Caustic) -> None:
     """Look at a small caustic closely."""
     if math.degrees(max(caustic.theta_extent, caustic.phi_extent)) > _SMALL:
         return

@@ -77,11 +77,11 @@ def _lines(light: LightCurve) -> Iterator[_Line]:
     for index, crossing, share, emitted in zip(
         light.index.tolist(), light.crossing.tolist(), light.shares, light.emission_time, strict=True
     ):
-        there = np.where(np.isfinite(emitted), share, np.nan)
+        visible_share = np.where(np.isfinite(emitted), share, np.nan)
         if crossing:
             yield _Line(style.crossing_colour(crossing), f"{_name(crossing)} crossing", np.maximum(share, 1e-300))
         else:
-            yield _Line(style.index_colour(index), f"index {index}", there)
+            yield _Line(style.index_colour(index), f"index {index}", visible_share)
 
 
 def _event_mark(light: LightCurve, event: LightEvent) -> dict[str, Any]:

@@ -112,7 +112,7 @@ def _limb_places(magnification: Magnification) -> Float[Array, "points 2"]:
     if len(centre) == 2:
         limb = centre + size * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
         return np.stack([np.hypot(*limb.T), np.unwrap(np.arctan2(limb[:, 1], limb[:, 0]))], axis=-1)
-    limb = Circle.about(centre, size).place(turn)
+    limb = Circle.from_centre(centre, size).place(turn)
     phi = np.unwrap(np.arctan2(limb[:, 1], limb[:, 0]))
     return np.stack([polar_angle(limb), phi], axis=-1)
 

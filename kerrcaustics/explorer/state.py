@@ -79,7 +79,7 @@ class ExplorerState:
         for name in values:
             if name not in names:
                 raise ValueError(f"Argument `state` must have the keys {', '.join(names)}, but has {name!r:.40}.")
-        return cls(**{name: _plain(name, value) for name, value in values.items()})
+        return cls(**{name: _typed_value(name, value) for name, value in values.items()})
 
     def check(self) -> None:
         """Raise ValueError unless the state is valid and quick to compute."""
@@ -164,7 +164,7 @@ PRESETS: dict[str, ExplorerState] = {
 """States to begin with: those of figures of James, von Tunzelmann, Franklin & Thorne 2015."""
 
 
-def _plain(name: str, value: Any) -> Any:
+def _typed_value(name: str, value: Any) -> Any:
     """The value as the type that its field has."""
     if name in _CHOICES:
         if value not in _CHOICES[name]:

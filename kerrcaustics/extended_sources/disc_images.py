@@ -1,4 +1,4 @@
-"""The images of a uniform disc: by the sheet method where that serves, else or in doubt by the chart method."""
+"""The images of a uniform disc: by the sheet method, or by the chart method if that does not certify them."""
 
 from collections.abc import Callable
 
@@ -17,10 +17,11 @@ from kerrcaustics.results.progress import in_steps
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.viewer import Viewer
 
-# Parts by which the radius of a disc is changed whose limb touches a caustic: the first to be tried, and others as long
-# as discs so much smaller and larger are certified.
-_NEAREST, _BESIDE = 1e-7, (1e-2, 1e-3, 1e-4, 1e-5)
-# Radii closer than this part of that of the disc are one.
+# Relative change of the radius of a disc whose limb touches a caustic, tried first.
+_NEAREST = 1e-7
+# Smaller and smaller changes, tried as long as the discs are certified.
+_BESIDE = (1e-2, 1e-3, 1e-4, 1e-5)
+# Relative distance of radii below which they count as one.
 _APART = 0.01
 
 
@@ -36,8 +37,7 @@ def disc_images(
 ) -> DiscImages:
     """The images of a disc, by the first method that certifies them.
 
-    Where its limb touches a caustic, discs that are a little smaller and larger are measured instead: the area grows
-    with the disc, so that it lies between theirs.
+    If its limb touches a caustic, the areas of slightly smaller and larger discs bound that of the disc.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def disc_images(
         disc = disc_images_on_charts(viewer, surface, centre, radius, max_index, weight, nested=nested)
         return disc.uncertified_unless_known()
 
-    # The methods know nothing of each other, so that what one cannot follow the other one may.
+    # The methods are independent: one may certify a disc that the other cannot.
     follows = certificate_of(surface, viewer, max_index).follows
     doubtful: dict[Callable[[float], DiscImages], DiscImages] = {}
     for method in (sheet_method, chart_method) if follows else (chart_method,):
@@ -86,7 +86,7 @@ def _between_neighbours(method: Callable[[float], DiscImages], here: DiscImages)
             high = method(here.angle * (1 + part))
         if high.certified:
             best = here.interpolated(low, high)
-        # The nearest ones are close enough; of the others, the largest are known first.
+        # The nearest discs suffice. The others are tried from the largest change, which is certified first.
         if high.certified == (part == _NEAREST):
             break
     return best

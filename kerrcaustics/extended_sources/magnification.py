@@ -32,8 +32,8 @@ Array = np.ndarray
 _LEAST, _LARGEST = 1e-8, 3.1
 # The largest of one in the plane, as a part of the distance of its centre from the horizon.
 _LARGEST_PART = 0.99
-# Wanted error of the sum over radii of a source that is not uniform, a part of its light.
-_WANTED = 1e-6
+# Requested relative error of the sum over radii of a source that is not uniform.
+_TOLERANCE = 1e-6
 
 
 @result("limb-image/1", record="area error round_hole sky index")
@@ -256,9 +256,9 @@ def _graded(
         return columns(disc)
 
     source = RoundSource(angle, len(centre) == 2, brightness)
-    wanted = np.full(len(columns(whole)[0]), math.inf)
-    wanted[: index + 2] = _WANTED * whole.area * source.light / whole.solid_angle
-    light, error = integrated(nested, columns(whole), source, np.arcsin(touching / angle), wanted)
+    tolerance = np.full(len(columns(whole)[0]), math.inf)
+    tolerance[: index + 2] = _TOLERANCE * whole.area * source.light / whole.solid_angle
+    light, error = integrated(nested, columns(whole), source, np.arcsin(touching / angle), tolerance)
     return replace(
         whole,
         solid_angle=source.light,

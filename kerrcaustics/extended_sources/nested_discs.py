@@ -1,9 +1,9 @@
 """The light of a disc that is not uniform: a sum over the uniform discs within it.
 
 With the radius sin x of a disc, in radii of the source, its brightness I(x), and the area A(x) of its images, the light
-is I(pi/2) A(pi/2) less the integral of A dI. A is costly and smooth but for kinks; I is cheap and may have steps. So A
-is taken as a series between its kinks, and I enters by the moments of dI alone. What is proportional to the area of the
-source, as A mostly is, needs no series.
+is I(pi/2) A(pi/2) less the integral of A dI. A is costly and smooth between kinks; I is cheap and may have steps. So A
+is expanded in a series between its kinks, and I enters by the moments of dI alone. The part of A proportional to the
+area of the source is integrated exactly.
 """
 
 import math
@@ -22,16 +22,21 @@ from kerrcaustics.shapes import Float
 Array = np.ndarray
 
 Columns = Callable[[float], tuple[Array, Array]]
-"""What is summed, (columns,), and the errors of it, of the disc of radius sin x."""
+"""Quantities of the disc of radius sin x, (columns,), and their errors."""
 
 # Radii in each range between kinks, and the matrix from values there to a series of Legendre's polynomials.
 _NODES = legendre.leggauss(8)[0]
 _SERIES = np.linalg.inv(legendre.legvander(_NODES, len(_NODES) - 1))
-# Terms of series that are looked at in all; the slowest that they are taken to fall by, from term to term, and a margin
-# (tests/test_nested_discs.py).
-_TERMS, _SLOWEST, _MARGIN = 40, 0.9, 4.0
-# Most ranges; the least error by the lack of radii, a part of the wanted one, as kinks are known about.
-_MOST_RANGES, _LEAST = 12, 0.1
+# Terms of series over which the truncation error is summed.
+_TERMS = 40
+# Largest ratio of successive terms that the estimate allows: terms of kinks fall slowly.
+_SLOWEST = 0.9
+# Factor of the truncation error (tests/test_nested_discs.py).
+_MARGIN = 4.0
+# Most ranges of radii.
+_MOST_RANGES = 12
+# Least truncation error, as a part of the tolerance: kinks are known only approximately.
+_LEAST = 0.1
 # Nodes of sums over panels of the profile.
 _GAUSS, _GAUSS_WEIGHTS = legendre.leggauss(32)
 
@@ -62,8 +67,12 @@ class RoundSource:
 
 
 @dataclass(frozen=True)
-class _Range:
-    """A range of x. dense_low, dense_high: whether nodes crowd at its ends, by squares, as A has a kink there."""
+class _RadiusRange:
+    """A range of x.
+
+    low, high: Ends, radians.
+    dense_low, dense_high: True if A has a kink at this end: nodes then approach it quadratically.
+    """
 
     low: float
     high: float
@@ -92,17 +101,19 @@ class _Range:
             part = 1 - np.sqrt(1 - part)
         return 2 * part - 1
 
-    def halves(self) -> "tuple[_Range, _Range]":
-        """The ranges on both sides of the middle, which is no kink."""
+    def halves(self) -> "tuple[_RadiusRange, _RadiusRange]":
+        """The ranges on both sides of the middle, at which A has no kink."""
         middle = float(self.x(np.zeros(1))[0])
-        return _Range(self.low, middle, self.dense_low, False), _Range(middle, self.high, False, self.dense_high)
+        return _RadiusRange(self.low, middle, self.dense_low, False), _RadiusRange(
+            middle, self.high, False, self.dense_high
+        )
 
 
 @dataclass(frozen=True, eq=False)
-class _Measured:
+class _RangeColumns:
     """Values of columns at the nodes of a range, their errors, and the profile."""
 
-    range: _Range
+    range: _RadiusRange
     values: Float[Array, "nodes columns"]
     errors: Float[Array, "nodes columns"]
     brightness: Brightness
@@ -146,14 +157,14 @@ class _Measured:
 
     @cached_property
     def truncation(self) -> Float[Array, " columns"]:
-        """Errors of the integral by the terms that the series lack, which fall as the last ones do."""
+        """Errors of the integral by the missing terms of the series, which are assumed to fall as the last ones do."""
         size, count = np.abs(self.series), len(_NODES)
         last, before, largest = size[-2:].max(axis=0), size[-4:-2].max(axis=0), size.max(axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
             fall = np.sqrt((last / before) ** 0.5 * (last / largest) ** (1 / (count - 1)))
         fall = np.clip(np.nan_to_num(fall), 0, _SLOWEST)
         more = np.arange(count, _TERMS)
-        # A term that is not in the series is taken for a sum of those that are, as it has their values at the nodes.
+        # At the nodes a missing term has the values of a sum of the terms in the series (aliasing).
         lacking = self.moments[more] - self.moments[:count] @ _SERIES @ legendre.legvander(_NODES, _TERMS - 1)[:, more]
         return _MARGIN * np.abs(lacking) @ (last * fall ** (more[:, None] - (count - 1)))
 
@@ -163,7 +174,7 @@ def integrated(
     whole: tuple[Array, Array],
     source: RoundSource,
     kinks: Float[Array, " kinks"],
-    wanted: Float[Array, " columns"],
+    tolerance: Float[Array, " columns"],
 ) -> tuple[Float[Array, " columns"], Float[Array, " columns"]]:
     """The light of the images of a source by columns, and its errors.
 
@@ -171,37 +182,39 @@ def integrated(
     ----------
     columns : function of x
     whole : two arrays (columns,)
-        The same of the disc as large as the source.
+        Quantities and errors of the disc as large as the source.
     source : RoundSource
     kinks : (kinks,) array
         Angles x, 0 to pi / 2, next to which the columns are not smooth.
-    wanted : (columns,) array
-        Errors by the lack of radii at which ranges between kinks are not halved any further.
+    tolerance : (columns,) array
+        Truncation errors at which ranges between kinks are not halved any further.
     """
     of_area = whole[0] / source.area(np.array([math.pi / 2]))
     ends = np.unique(np.concatenate([[0.0], kinks, [math.pi / 2]]))
     dense = np.isin(ends, kinks).tolist()
-    parts: list[_Measured] = []
-    ranges = [_Range(*pair, *dense[i : i + 2]) for i, pair in enumerate(pairwise(ends.tolist()))]
+    parts: list[_RangeColumns] = []
+    ranges = [_RadiusRange(*pair, *dense[i : i + 2]) for i, pair in enumerate(pairwise(ends.tolist()))]
     light, own, missing = np.zeros((3, len(of_area)))
     for _ in in_steps("round of radii", range(1 + max(_MOST_RANGES - len(ranges), 0))):
-        parts += [_measured(columns, of, source, of_area) for of in ranges]
+        parts += [_range_columns(columns, of, source, of_area) for of in ranges]
         light = source.light * of_area - np.sum([part.integral for part in parts], axis=0)
         own = source.brightness.at_limb * whole[1] + np.sum([part.error for part in parts], axis=0)
         lost = np.array([part.truncation for part in parts])
-        missing = np.maximum(lost.sum(axis=0), _LEAST * np.where(np.isfinite(wanted), wanted, 0))
-        # Columns that are not known at some radius gain nothing from others.
-        if (missing <= np.maximum(wanted, own)).all() or not np.isfinite(own).all():
+        missing = np.maximum(lost.sum(axis=0), _LEAST * np.where(np.isfinite(tolerance), tolerance, 0))
+        # A column that is unknown at some radius gains nothing from further radii.
+        if (missing <= np.maximum(tolerance, own)).all() or not np.isfinite(own).all():
             break
         with np.errstate(divide="ignore", invalid="ignore"):
-            worst = int(np.nan_to_num(lost / wanted).max(axis=1).argmax())
+            worst = int(np.nan_to_num(lost / tolerance).max(axis=1).argmax())
         ranges = parts.pop(worst).range.halves()
     return light, np.nan_to_num(own + missing, nan=math.inf, posinf=math.inf)
 
 
-def _measured(columns: Columns, of: _Range, source: RoundSource, of_area: Float[Array, " columns"]) -> _Measured:
-    """The columns at the nodes of a range, less what is proportional to the area of the source."""
+def _range_columns(
+    columns: Columns, of: _RadiusRange, source: RoundSource, of_area: Float[Array, " columns"]
+) -> _RangeColumns:
+    """The columns at the nodes of a range, less the part proportional to the area of the source."""
     x = of.x(_NODES)
     rows = [columns(one) for one in in_steps("radius", x.tolist())]
     values, errors = (np.array(part) for part in zip(*rows, strict=True))
-    return _Measured(of, values - source.area(x)[:, None] * of_area, errors, source.brightness)
+    return _RangeColumns(of, values - source.area(x)[:, None] * of_area, errors, source.brightness)

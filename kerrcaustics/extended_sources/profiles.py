@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import legendre
 
-from kerrcaustics.choices import near
+from kerrcaustics.choices import suggestion
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import numbers, quoted
 
@@ -16,17 +16,25 @@ Array = np.ndarray
 Profile = str | tuple[str | float, ...] | Callable[[Array], Array]
 """A name, a name with coefficients, or a function of the distance from the centre."""
 
-# Panels in which a profile is a polynomial, at first and at most; how often one is halved; residual of a polynomial
-# that is round-off, relative to the largest intensity.
-_FEWEST, _MOST, _HALVINGS, _ROUNDING = 16, 1000, 40, 1e-13
-# Nodes of the polynomials, and places between them at which they are checked, in a panel from -1 to 1.
+# Fewest panels, in each of which a profile is a polynomial.
+_FEWEST = 16
+# Most panels.
+_MOST = 1000
+# Most halvings of a panel: a step of the profile is then located to 1e-13.
+_HALVINGS = 40
+# Residual of a polynomial that is round-off, relative to the largest intensity.
+_ROUNDING = 1e-13
+# Nodes of the polynomials, in a panel from -1 to 1.
 _NODES = legendre.leggauss(12)[0]
+# Places between them at which the polynomials are checked.
 _BETWEEN = np.cos(math.pi * np.arange(len(_NODES) + 2) / (len(_NODES) + 1))
 _SERIES = np.linalg.inv(legendre.legvander(_NODES, len(_NODES) - 1))
-# Nodes of integrals in a panel.
+# Nodes and weights of integrals over a panel.
 _GAUSS, _WEIGHTS = legendre.leggauss(32)
-# Widths of Gaussians, in radii of the source.
-_NARROWEST, _WIDEST = 0.2, 1e3
+# Narrowest Gaussian, in radii of the source.
+_NARROWEST = 0.2
+# Widest Gaussian, in radii of the source.
+_WIDEST = 1e3
 
 
 @dataclass(frozen=True)
@@ -93,7 +101,7 @@ def checked_profile(profile: Profile) -> Brightness:
         return _of_function("a function", lambda x: profile(np.sin(x)))
     name, *rest = profile if isinstance(profile, tuple | list) and profile else (profile,)
     if not isinstance(name, str) or name not in _NAMED:
-        end = near(name, ["uniform", *_NAMED]) if isinstance(name, str) else ""
+        end = suggestion(name, ["uniform", *_NAMED]) if isinstance(name, str) else ""
         raise ValueError(
             'Argument `profile` must be "uniform", ("linear", u), ("quadratic", u1, u2), ("gaussian", width) or a '
             f"function, but is {quoted(profile)}{end}"
@@ -112,7 +120,7 @@ def checked_profile(profile: Profile) -> Brightness:
 
 
 def _of_function(words: str, intensity: Callable[[Array], Array]) -> Brightness:
-    """The brightness of a function of x: panels are halved until polynomials stand for it to round-off."""
+    """The brightness of a function of x: panels are halved until polynomials describe it to round-off."""
     ends = np.linspace(0, math.pi / 2, _FEWEST + 1)
     low, high, parts = ends[:-1], ends[1:], []
     largest, count = 0.0, 0
@@ -140,7 +148,7 @@ def _of_function(words: str, intensity: Callable[[Array], Array]) -> Brightness:
 
 
 def _values(intensity: Callable[[Array], Array], x: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
-    """Intensities at angles x; ValueError unless they are those of a source."""
+    """Intensities at angles x; ValueError unless they are finite and not negative."""
     values = np.asarray(intensity(x.ravel()), float) * np.ones(x.size)
     if not (np.isfinite(values).all() and (values >= 0).all()):
         raise _no_profile()

@@ -264,10 +264,10 @@ def _check_same(store: FrameStore, record: dict[str, Any], frames: list[int]) ->
         )
 
 
-def _differences(here: dict[str, Any], there: dict[str, Any]) -> str:
+def _differences(new: dict[str, Any], kept: dict[str, Any]) -> str:
     """Describe the differences of two records; empty if they are equal."""
-    keys = [key for key in {**here, **there} if here.get(key, "nothing") != there.get(key, "nothing")]
-    parts = [f"{key}: {_short(here.get(key))} here, {_short(there.get(key))} there" for key in keys[:_MOST_NAMED]]
+    keys = [key for key in {**new, **kept} if new.get(key, "nothing") != kept.get(key, "nothing")]
+    parts = [f"{key}: {_short(new.get(key))} here, {_short(kept.get(key))} there" for key in keys[:_MOST_NAMED]]
     more = [f"{len(keys) - _MOST_NAMED} more"] if len(keys) > _MOST_NAMED else []
     return "; ".join(parts + more)
 

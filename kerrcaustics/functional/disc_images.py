@@ -14,10 +14,10 @@ from numpy.polynomial.legendre import leggauss
 from kerrcaustics.beams.differentiable import float64
 from kerrcaustics.beams.moving import Moving, motion_of
 from kerrcaustics.functional.fold_patch import (
-    Fold,
+    ChebyshevPatch,
+    FoldOnPatch,
     Pair,
-    Patch,
-    Place,
+    SkySquare,
     coefficients_from,
     fold_determinant,
     fold_where,
@@ -68,7 +68,7 @@ _ANGLES = 2 * np.pi / _TURNS * np.arange(_TURNS)
 _DISC = np.sqrt((1 + _SQUARES) / 2)[:, None, None] * np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=-1)
 
 
-class Disc(NamedTuple):
+class DiscSource(NamedTuple):
     """A disc on the celestial sphere: its centre, its radius in Lambert's equal-area plane, and the axes there.
 
     x is across a caustic, toward the side on which there is one more pair of images, y along it.
@@ -172,10 +172,10 @@ def _magnification(
     arguments = with_place([*place, size], direction_of(star))
     shape = jnp.broadcast_shapes(arguments.shape[:-1], near.shape[:-2], folds.shape[:-2])
     flat = [flattened(x, shape, n) for x, n in ((arguments, 1), (near, 2), (sign, 1), (folds, 2))]
-    return jax.vmap(lambda one, *given: _disc(one, Parts(*given, motion=motion)))(*flat).reshape(shape)
+    return jax.vmap(lambda one, *given: _disc(one, ImageDirections(*given, motion=motion)))(*flat).reshape(shape)
 
 
-class Parts(NamedTuple):
+class ImageDirections(NamedTuple):
     """Directions next to single images, the signs of det J there, directions next to folds, and the camera's motion."""
 
     near: Float[Array, "images 3"]
@@ -185,10 +185,10 @@ class Parts(NamedTuple):
 
 
 @smooth
-def _disc(arguments: Float[Array, "7"], parts: Parts) -> Float[Array, "1"]:
+def _disc(arguments: Float[Array, "7"], parts: ImageDirections) -> Float[Array, "1"]:
     """The magnification; arguments: the camera's three numbers, the size of the disc, and the star."""
     numbers, centre = arguments[:3], unit(arguments[4:])
-    disc = Disc(centre, 2 * jnp.sin(arguments[3] / 2), tangents(centre))
+    disc = DiscSource(centre, 2 * jnp.sin(arguments[3] / 2), tangents(centre))
     total = jnp.zeros(())
     if len(parts.near):
         image = partial(_image_area, numbers, disc)
@@ -198,7 +198,7 @@ def _disc(arguments: Float[Array, "7"], parts: Parts) -> Float[Array, "1"]:
     return (total / (jnp.pi * disc.radius**2))[None]
 
 
-def _image_area(numbers: Vector, disc: Disc, near: Near) -> Array:
+def _image_area(numbers: Vector, disc: DiscSource, near: Near) -> Array:
     """The solid angle of one image of a disc, by an integral over the disc."""
     fixed = jax.lax.stop_gradient
     place = _place_of_image(fixed(numbers), fixed(disc), near)
@@ -212,24 +212,24 @@ def _image_area(numbers: Vector, disc: Disc, near: Near) -> Array:
     return jnp.where(resolved & (jnp.abs(fixed(images)).max() < _WITHIN), area, jnp.nan)
 
 
-def _place_of_image(numbers: Vector, disc: Disc, near: Near) -> Place:
+def _place_of_image(numbers: Vector, disc: DiscSource, near: Near) -> SkySquare:
     """A patch that holds one image of a disc: first by the lens map's slopes, then by that patch."""
     sky = root(jnp.concatenate([numbers, disc.centre]), near)
     _, columns = jacobian(numbers, sky, near.motion)
     _, sizes, right = jnp.linalg.svd(columns)
-    place = Place(sky, tangents(sky) @ right.T, _MARGIN * disc.radius / sizes)
+    place = SkySquare(sky, tangents(sky) @ right.T, _MARGIN * disc.radius / sizes)
     patch = patch_of(numbers, place, near.motion, disc.in_plane, _IMAGE_NODES)
     limb = jax.vmap(partial(_inside, patch))(disc.radius * jnp.asarray(_DISC[-1] / np.linalg.norm(_DISC[-1, 0])))
     return place._replace(widths=_MARGIN * place.widths * jnp.clip(jnp.abs(limb).max(axis=0), 0.5, _LONGER))
 
 
-def _inside(patch: Patch, goal: Pair) -> Pair:
+def _inside(patch: ChebyshevPatch, goal: Pair) -> Pair:
     """The image of a place of the disc, in the patch of one image."""
     start = jnp.linalg.solve(jax.jacfwd(patch)(jnp.zeros(2)), goal)
     return smooth_root(lambda at: patch(at) - goal, jax.lax.stop_gradient(start))
 
 
-def _density(place: Place, patch: Patch, at: Pair) -> Array:
+def _density(place: SkySquare, patch: ChebyshevPatch, at: Pair) -> Array:
     """Solid angle of the camera sky for one unit of area of the disc."""
     return place.area(at) / jnp.abs(fold_determinant(patch, at))
 
@@ -249,7 +249,7 @@ class Shape(NamedTuple):
     major: Array
 
 
-def pair_area(numbers: Vector, disc: Disc, near: Vector, motion: Moving) -> Array:
+def pair_area(numbers: Vector, disc: DiscSource, near: Vector, motion: Moving) -> Array:
     """The solid angle of the images of a disc that form a pair next to a fold; 0 beyond the caustic."""
     fixed = jax.lax.stop_gradient
     fold, shape = closest_fold(fixed(numbers), fixed(disc.centre), near, motion)
@@ -264,43 +264,43 @@ def pair_area(numbers: Vector, disc: Disc, near: Vector, motion: Moving) -> Arra
     return jnp.where(resolved, areas[0], jnp.nan)
 
 
-def closest_fold(numbers: Vector, centre: Vector, near: Vector, motion: Moving) -> tuple[Fold, Shape]:
+def closest_fold(numbers: Vector, centre: Vector, near: Vector, motion: Moving) -> tuple[FoldOnPatch, Shape]:
     """The fold whose caustic is closest to a star, next to a direction, and the lens map there; constants."""
     fold = fold_where(numbers, near, motion, partial(_closest, centre), jnp.zeros(0))
     return fold, _shape(fold)
 
 
-def _closest(centre: Vector, patch: Patch, across: Pair, at: Pair) -> Pair:
+def _closest(centre: Vector, patch: ChebyshevPatch, across: Pair, at: Pair) -> Pair:
     """Zero where the beam at a place has no area and its end is the closest of its caustic to a star."""
     arrival, columns = patch(at), jax.jacfwd(patch)(at)
     return jnp.stack([(columns @ across) @ (arrival - centre), determinant(arrival, columns)])
 
 
-def _shape(fold: Fold) -> Shape:
+def _shape(fold: FoldOnPatch) -> Shape:
     place, patch, at = fold.place, fold.patch, fold.at
     arrival, sky = patch(at), fold.sky
-    there, here = tangents(arrival), tangents(sky)
-    steps = here.T @ jax.jacfwd(place.sky)(at)
-    left, sizes, right = jnp.linalg.svd(there.T @ jax.jacfwd(patch)(at) @ jnp.linalg.inv(steps))
+    end_axes, sky_axes = tangents(arrival), tangents(sky)
+    steps = sky_axes.T @ jax.jacfwd(place.sky)(at)
+    left, sizes, right = jnp.linalg.svd(end_axes.T @ jax.jacfwd(patch)(at) @ jnp.linalg.inv(steps))
     kernel, beside = right[1], right[0]
     step = jnp.linalg.solve(steps, kernel)
     bend = jnp.einsum("kij,i,j->k", jax.jacfwd(jax.jacfwd(patch))(at), step, step) / 2
-    across = there @ left[:, 1]
+    across = end_axes @ left[:, 1]
     across = across * jnp.sign(across @ bend)
     along = jnp.cross(arrival, across)
-    beside = beside * jnp.sign(along @ (there @ left[:, 0]))
-    return Shape(here @ jnp.stack([kernel, beside], -1), across, jnp.stack([across @ bend, along @ bend]), sizes[0])
+    beside = beside * jnp.sign(along @ (end_axes @ left[:, 0]))
+    return Shape(sky_axes @ jnp.stack([kernel, beside], -1), across, jnp.stack([across @ bend, along @ bend]), sizes[0])
 
 
-def _place_of_pair(fold: Fold, shape: Shape, disc: Disc) -> Place:
+def _place_of_pair(fold: FoldOnPatch, shape: Shape, disc: DiscSource) -> SkySquare:
     """A patch that holds the pair's images of a disc, and the critical curve between them."""
     caustic = disc.in_plane(fold.patch(fold.at))[0]
     far = jnp.maximum(disc.radius - caustic, 0.1 * disc.radius)
     along = disc.radius + jnp.abs(shape.bend[1] / shape.bend[0]) * far
-    return Place(fold.sky, shape.axes, _MARGIN * jnp.stack([jnp.sqrt(far / shape.bend[0]), along / shape.major]))
+    return SkySquare(fold.sky, shape.axes, _MARGIN * jnp.stack([jnp.sqrt(far / shape.bend[0]), along / shape.major]))
 
 
-def _caustic(patch: Patch, radius: Array) -> tuple[Float[Array, " nodes"], Float[Array, "nodes 2"]]:
+def _caustic(patch: ChebyshevPatch, radius: Array) -> tuple[Float[Array, " nodes"], Float[Array, "nodes 2"]]:
     """x of the caustic, and the place of the fold, as Chebyshev polynomials of y / radius."""
     fixed = jax.lax.stop_gradient
     slope = fixed(jax.jacfwd(patch)(jnp.zeros(2))[1, 1])
@@ -343,11 +343,10 @@ def _ends(caustic: Array, radius: Array) -> Float[Array, "2"]:
     return jnp.stack([end(1.0), end(-1.0)])
 
 
-def _integral(patch: Patch, place: Place, disc: Disc, caustic: tuple[Array, Array], rule: tuple[int, int]) -> Array:
-    """The area of a pair's images: integral along the limb of E dy, E that from the caustic to the limb.
-
-    NaN where the images reach out of the patch.
-    """
+def _integral(
+    patch: ChebyshevPatch, place: SkySquare, disc: DiscSource, caustic: tuple[Array, Array], rule: tuple[int, int]
+) -> Array:
+    """The area of a pair's images, NaN if they leave the patch: limb integral of E dy, E that from caustic to limb."""
     line, folds = caustic
     (nodes, shares), (across_nodes, across_shares) = map(leggauss, rule)
     ends = _ends(line, disc.radius)
@@ -380,7 +379,7 @@ def _integral(patch: Patch, place: Place, disc: Disc, caustic: tuple[Array, Arra
 
 
 def _from_fold(
-    patch: Patch, fold: Pair, sense: float, goals: Float[Array, "parts 2"], parts: Float[Array, " parts"]
+    patch: ChebyshevPatch, fold: Pair, sense: float, goals: Float[Array, "parts 2"], parts: Float[Array, " parts"]
 ) -> Float[Array, "parts 2"]:
     """Images of places farther and farther from a fold, on one side of it: at the squares of parts."""
     left, _, right = jnp.linalg.svd(jax.jacfwd(patch)(fold))

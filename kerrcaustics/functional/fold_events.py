@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 
 from kerrcaustics.beams.differentiable import float64
 from kerrcaustics.beams.moving import Moving, motion_of
-from kerrcaustics.functional.fold_patch import Patch, fold_where, patch_of, smooth_root
+from kerrcaustics.functional.fold_patch import ChebyshevPatch, fold_where, patch_of, smooth_root
 from kerrcaustics.functional.local_map import Vector, determinant, smooth, tangents, unit
 from kerrcaustics.functional.traced_arguments import (
     check_axis,
@@ -92,10 +92,10 @@ def _time(arguments: Float[Array, " numbers"], settings: tuple[Vector, Moving]) 
     return jnp.where(fold.found, root[2:], jnp.nan)
 
 
-def _on_path(path: Float[Array, "terms 2"], patch: Patch, _: Array, unknown: Vector) -> Vector:
+def _on_path(path: Float[Array, "terms 2"], patch: ChebyshevPatch, _: Array, unknown: Vector) -> Vector:
     """Zero where the beam at a place has no area and ends at the star, as it is at a time."""
     at, time = unknown[:2], unknown[2]
     arrival, columns = patch(at), jax.jacfwd(patch)(at)
-    there = tangents(jax.lax.stop_gradient(unit(arrival)))
+    end_axes = tangents(jax.lax.stop_gradient(unit(arrival)))
     star = direction_of(jnp.polyval(path[::-1], time))
-    return jnp.append(there.T @ (arrival - star), determinant(arrival, columns))
+    return jnp.append(end_axes.T @ (arrival - star), determinant(arrival, columns))

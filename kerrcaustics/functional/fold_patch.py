@@ -31,7 +31,7 @@ Pair = Float[Array, "2"]
 Residual = Callable[[Array], Array]
 
 
-class Place(NamedTuple):
+class SkySquare(NamedTuple):
     """A patch of the camera sky: its centre N, its axes (columns), and its half-widths along them."""
 
     centre: Vector
@@ -48,7 +48,7 @@ class Place(NamedTuple):
         return self.widths[0] * self.widths[1] * (1 + shift @ shift) ** -1.5
 
 
-class Patch(NamedTuple):
+class ChebyshevPatch(NamedTuple):
     """Functions of the lens map on a patch: coefficients of products of Chebyshev polynomials."""
 
     coefficients: Float[Array, "nodes nodes numbers"]
@@ -74,17 +74,17 @@ def _polynomials(at: Pair, count: int) -> Float[Array, "2 nodes"]:
 
 
 def patch_of(
-    numbers: Vector, place: Place, motion: Moving, function: Callable[[Vector], Array], nodes: int = NODES
-) -> Patch:
+    numbers: Vector, place: SkySquare, motion: Moving, function: Callable[[Vector], Array], nodes: int = NODES
+) -> ChebyshevPatch:
     """The polynomial of a function of n' on a patch.
 
     numbers: the spin, radius and inclination of the camera; nodes: along each side.
     """
     line = chebyshev.chebpts1(nodes)
     grid = jnp.stack(jnp.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
-    there = jax.vmap(lambda at: function(_ray(numbers, (place.sky(at), motion))))(grid)
+    values = jax.vmap(lambda at: function(_ray(numbers, (place.sky(at), motion))))(grid)
     to = coefficients_from(line)
-    return Patch(jnp.einsum("im,jn,mnk->ijk", to, to, there.reshape(nodes, nodes, -1)))
+    return ChebyshevPatch(jnp.einsum("im,jn,mnk->ijk", to, to, values.reshape(nodes, nodes, -1)))
 
 
 @smooth
@@ -118,13 +118,13 @@ def newton_step(residual: Residual, at: Array) -> Array:
     return at - jnp.linalg.solve(jax.jacfwd(residual)(at), residual(at))
 
 
-def fold_determinant(patch: Patch, at: Pair) -> Array:
+def fold_determinant(patch: ChebyshevPatch, at: Pair) -> Array:
     """The Jacobian determinant of the first two numbers of a patch with respect to the place."""
     slopes = jax.jacfwd(patch)(at)
     return slopes[0, 0] * slopes[1, 1] - slopes[0, 1] * slopes[1, 0]
 
 
-class Fold(NamedTuple):
+class FoldOnPatch(NamedTuple):
     """A point of a critical curve.
 
     place: the square of the camera sky next to the fold.
@@ -134,8 +134,8 @@ class Fold(NamedTuple):
     found: False if there is no fold; the other fields are then undefined.
     """
 
-    place: Place
-    patch: Patch
+    place: SkySquare
+    patch: ChebyshevPatch
     at: Pair
     extra: Array
     found: Array
@@ -147,30 +147,32 @@ class Fold(NamedTuple):
 
 
 # Zero at a point of a critical curve, for a patch, a step across the kernel there, and the unknowns.
-Condition = Callable[[Patch, Pair, Array], Array]
+Condition = Callable[[ChebyshevPatch, Pair, Array], Array]
 
 
-def fold_where(numbers: Vector, near: Vector, motion: Moving, condition: Condition, extra: Array) -> Fold:
+def fold_where(numbers: Vector, near: Vector, motion: Moving, condition: Condition, extra: Array) -> FoldOnPatch:
     """The fold next to a direction at which a condition holds, as constants.
 
     numbers: the spin, radius and inclination of the camera; extra: further unknowns, next to the fold.
     """
 
-    def look(now: tuple[Fold, Vector, Array]) -> tuple[Fold, Vector, Array]:
+    def look(now: tuple[FoldOnPatch, Vector, Array]) -> tuple[FoldOnPatch, Vector, Array]:
         last, sky, count = now
         _, columns = jacobian(numbers, sky, motion)
-        place = Place(sky, tangents(sky), jnp.full(2, REACH) / jnp.sqrt(jnp.sum(columns**2)))
+        place = SkySquare(sky, tangents(sky), jnp.full(2, REACH) / jnp.sqrt(jnp.sum(columns**2)))
         patch = patch_of(numbers, place, motion, lambda arrival: arrival)
         across = jnp.linalg.svd(columns)[2][0]
         root = root_of(partial(condition, patch, across), jnp.append(jnp.zeros(2), last.extra))
         inside = jnp.abs(root[:2]).max() < 1
-        fold = Fold(place, patch, root[:2], jnp.where(inside, root[2:], last.extra), inside)
+        fold = FoldOnPatch(place, patch, root[:2], jnp.where(inside, root[2:], last.extra), inside)
         return fold, place.sky(jnp.clip(root[:2], -1, 1)), count + 1
 
-    def goes_on(now: tuple[Fold, Vector, Array]) -> Array:
+    def goes_on(now: tuple[FoldOnPatch, Vector, Array]) -> Array:
         return ~now[0].found & (now[2] < _PATCHES)
 
     start = unit(near)
-    nothing = Patch(jnp.zeros((NODES, NODES, 3)))
-    first = Fold(Place(start, tangents(start), jnp.ones(2)), nothing, jnp.zeros(2), extra, jnp.asarray(False))
+    nothing = ChebyshevPatch(jnp.zeros((NODES, NODES, 3)))
+    first = FoldOnPatch(
+        SkySquare(start, tangents(start), jnp.ones(2)), nothing, jnp.zeros(2), extra, jnp.asarray(False)
+    )
     return jax.lax.stop_gradient(jax.lax.while_loop(goes_on, look, (first, start, jnp.asarray(0)))[0])

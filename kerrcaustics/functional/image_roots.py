@@ -101,9 +101,9 @@ def root(arguments: Float[Array, "6"], near: Near) -> Vector:
         begun = jnp.where(now.steps == 0, arrival, now.begun)
         part = now.part + now.stride
         goal = unit(begun + part * (star - begun))
-        there = tangents(arrival)
-        miss = there.T @ (goal - arrival)
-        shift = solved(there.T @ columns, miss)
+        end_axes = tangents(arrival)
+        miss = end_axes.T @ (goal - arrival)
+        shift = solved(end_axes.T @ columns, miss)
         size = jnp.sqrt(jnp.sum(shift * shift))
         shrinks = (now.tries == 0) | (size <= _CONTRACTION * now.size)
         resolved = jnp.sqrt(jnp.sum(miss * miss)) <= _RESOLVED * (1 + jnp.abs(columns).max())
@@ -150,9 +150,9 @@ def _slope(primals: tuple[Array, Near], given: tuple[Array, Near]) -> tuple[Arra
     slopes = jax.jacfwd(partial(end, timed=False))(numbers, near.motion)
     basis = tangents(sky)
     moved = jnp.sum(slopes[:, :3] * given[0][:3], axis=-1)
-    there = tangents(unit(arguments[3:]))
-    wish = there.T @ (_star_slopes(arguments) @ given[0][3:] - moved)
-    return sky, basis @ solved(there.T @ slopes[:, 3:] @ basis, wish)
+    star_axes = tangents(unit(arguments[3:]))
+    target_step = star_axes.T @ (_star_slopes(arguments) @ given[0][3:] - moved)
+    return sky, basis @ solved(star_axes.T @ slopes[:, 3:] @ basis, target_step)
 
 
 def _star_slopes(arguments: Float[Array, "6"]) -> Float[Array, "3 3"]:
@@ -166,9 +166,9 @@ def _image(arguments: Float[Array, "6"], near: Near, *, timed: bool) -> tuple[Ar
     """N, det J, and the time of an image, and their derivatives by the arguments."""
     sky = image_direction(arguments, near)
     (arrival, columns), (moves, bends) = expansion(arguments[:3], sky, near.motion, timed=timed)
-    there = tangents(unit(arguments[3:]))
-    wish = there.T @ jnp.concatenate([-moves[:3, :3], _star_slopes(arguments)], axis=1)
-    shifts = solved(there.T @ columns[:3], wish)
+    star_axes = tangents(unit(arguments[3:]))
+    target_step = star_axes.T @ jnp.concatenate([-moves[:3, :3], _star_slopes(arguments)], axis=1)
+    shifts = solved(star_axes.T @ columns[:3], target_step)
     slopes = jax.vmap(lambda *moved: jax.jvp(determinant, (arrival, columns), moved)[1], -1)(moves, bends)
     rows = jnp.concatenate([slopes[None], moves[3:]])
     by_place = jnp.concatenate([rows[:, :3], jnp.zeros((len(rows), 3))], axis=1)

@@ -64,10 +64,12 @@ def determinant(arrival: Array, columns: Array) -> Array:
     return jnp.dot(arrival[:3], jnp.cross(columns[:3, 0], columns[:3, 1]))
 
 
-def solved(matrix: Float[Array, "2 2"], wish: Float[Array, "2 ..."]) -> Float[Array, "2 ..."]:
+def solved(matrix: Float[Array, "2 2"], target_step: Float[Array, "2 ..."]) -> Float[Array, "2 ..."]:
     """The solution of two linear equations."""
     (a, b), (c, d) = matrix
-    return jnp.stack([d * wish[0] - b * wish[1], a * wish[1] - c * wish[0]]) / (a * d - b * c)
+    return jnp.stack([d * target_step[0] - b * target_step[1], a * target_step[1] - c * target_step[0]]) / (
+        a * d - b * c
+    )
 
 
 def with_columns(value: Function, both: Both) -> Function:

@@ -26,7 +26,7 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Counts:
-    """Numbers of images by index, found and expected; True for sources on a caustic, and for certified ones."""
+    """Numbers of images by index, found and expected, and flags: sources on a caustic, certified sources."""
 
     found: Int[Array, "sources indices"]
     expected: Int[Array, "sources indices"]
@@ -78,7 +78,7 @@ class ExchangeCertificate(SheetsCertificate):
 
 @dataclass(frozen=True)
 class ArcsCertificate:
-    """The degree of the circle: its azimuth runs once round."""
+    """The degree of the circle: the azimuth along its image grows by one turn."""
 
     viewer: Viewer
     domain: Ring

@@ -41,9 +41,9 @@ _THIN_ROUNDS = 2
 _TURN_ROUNDS = 4
 # Most places on the circle.
 _MOST_PLACES = 20_000
-# Steps in azimuth below so many errors have no sense.
+# Steps in azimuth, in errors, below which their sign is uncertain.
 _ERRORS = 20.0
-# Relative to the radius, what counts as no difference from it.
+# Difference from the radius that counts as none, relative to it.
 _ROUND_OFF = 1e-14
 # At a fold the beam is flat: delta_minus is no larger than this part of delta_plus.
 _FLAT = 1e-6
@@ -53,7 +53,7 @@ _THINNER = 0.5
 _CERTAIN = 10.0
 # Step in ln r for the slope of the ratio.
 _BESIDE = 1e-6
-# A source so many errors from where the azimuth turns back cannot be distinguished from a caustic.
+# Distance of a source from a fold, in errors, below which it may lie on the caustic.
 _BLUR_ERRORS = 10.0
 _NEAREST = {"xatol": 1e-9, "xrtol": 0.0, "fatol": 0.0, "frtol": 0.0}
 _TIGHT = {"absolute": 1e-15, "relative": 1e-14}
@@ -89,7 +89,7 @@ class Arcs:
 
     @property
     def sense(self) -> Int[Array, " arcs"]:
-        """1 where the azimuth grows with the edge phase, -1 where it falls: as the index says."""
+        """1 where the azimuth grows with the edge phase, -1 where it falls, by the index."""
         return _sense(self.circles, self.index)
 
     def points_at(self, edge_phase: Float[Array, " points"]) -> Crossings:
@@ -158,17 +158,17 @@ def is_flat(points: Crossings) -> Bool[Array, " points"]:
 
 
 def _lost(places: int, folds: Crossings) -> tuple[str, ...]:
-    """Remarks about what is missing."""
+    """Remarks about missing places and folds."""
     bent = int((~is_flat(folds)).sum())
     said = [f"{places} places on the circle could not be found"] if places else []
     return (*said, *([f"{bent} events could not be found: the index changes where no beam is flat"] if bent else []))
 
 
 def _with_flattest_points(arcs: Arcs, points: Crossings) -> tuple[Crossings, tuple[str, ...]]:
-    """The points, and those between two of one index where a flat beam may hide; in words, where that is not certain.
+    """The points and the flattest beams between points of one index, and remarks where their sign is uncertain.
 
-    A circle that just reaches a caustic crosses it twice within a step. There delta_minus is followed down to where it
-    is least: it changes its sign, or does not, or is too small for either.
+    A circle that just reaches a caustic crosses it twice within a step. There delta_minus is followed to its least
+    value, which shows whether its sign changes, unless it is too small for its error.
     """
     place = np.arange(len(points))
     before, after = points[np.roll(place, 1)], points[np.roll(place, -1)]
@@ -209,7 +209,7 @@ def _touching(arcs: Arcs, points: Crossings) -> tuple[str, ...]:
 
 
 def _sampled(arcs: Arcs, points: Crossings) -> Crossings:
-    """Points so dense that what lies between them is known."""
+    """Points so dense that every step between them is resolved."""
     for number in range(_ROUNDS):
         following = points[np.roll(np.arange(len(points)), -1)]
         coarse = ~_is_resolved(arcs, points, following)
@@ -230,7 +230,7 @@ def _sampled(arcs: Arcs, points: Crossings) -> Crossings:
 
 
 def _is_resolved(arcs: Arcs, first: Crossings, second: Crossings) -> Array:
-    """True for short steps on which the azimuth runs as the index says, or that hold one fold."""
+    """True for short steps along which the azimuth changes with the sign of the index, or that hold one fold."""
     step = step_between(first, second)
     known = (first.index >= 0) & (second.index >= 0)
     same = first.index == second.index
@@ -240,7 +240,7 @@ def _is_resolved(arcs: Arcs, first: Crossings, second: Crossings) -> Array:
 
 
 def _sense(circles: Circles, index: Int[Array, "*n"]) -> Int[Array, "*n"]:
-    """Sign of the azimuth's growth with the edge phase: at the first crossing -1 for even index; then the other way."""
+    """Sign of the azimuth's growth with the edge phase: -1 for even index at the first crossing, 1 at the next ones."""
     return circles.side * (2 * ((index + circles.end.crossing - 1) % 2) - 1)
 
 
@@ -296,7 +296,7 @@ def _images_of_source(domain: Ring, radius: float, phi: float, max_index: int) -
 def count_on_arcs(
     domain: Ring, places: Float[Array, "sources 2"], max_index: int
 ) -> tuple[Int[Array, "sources indices"], Bool[Array, " sources"], Bool[Array, " sources"]]:
-    """Counts of images, and True for sources on a caustic, and for certified ones: quick for many on one circle."""
+    """Counts of images, and flags: sources on a caustic, certified sources; fast for many sources on one circle."""
     counts = np.zeros((len(places), max_index + 1), int)
     near, certified = np.zeros((2, len(places)), bool)
     for radius in in_steps("circle", np.unique(places[:, 0]).tolist()):
@@ -331,7 +331,7 @@ def _arcs_containing(arcs: Arcs, phi: float) -> Bool[Array, " arcs"]:
 
 
 def _edge_phases_of(arcs: Arcs, phi: float) -> tuple[Float[Array, " images"], Int[Array, " images"]]:
-    """Turn and index at which a source is seen on the circle."""
+    """Edge phases and indices of the images of a source on the circle."""
     holds = _arcs_containing(arcs, phi)
     low, index = arcs.low.edge_phase[holds], arcs.index[holds]
     if not holds.any():

@@ -12,8 +12,8 @@ Array = np.ndarray
 def node_errors(arcs: Arcs, beams: Beams) -> Float[Array, " nodes"]:
     """Errors of the nodes' directions, radians.
 
-    Where the beam is flat its direction is that in which the ratio of its diameters vanishes: the error is that of the
-    ratio by its slope, which the nodes next to it give.
+    At a fold the ratio of the beam's diameters vanishes: the error of the direction is that of the ratio divided by its
+    slope, taken from the neighbouring nodes.
     """
     low = arcs.low
     size = np.where(low.ratio == 0, 1, np.abs(low.ratio))
@@ -24,7 +24,7 @@ def node_errors(arcs: Arcs, beams: Beams) -> Float[Array, " nodes"]:
 
 
 def fold_errors(arcs: Arcs) -> Float[Array, " folds"]:
-    """Errors of the azimuth of folds: of the rays, and what they miss the circle by, times the slope of the caustic.
+    """Errors of the azimuth of folds: those of the rays, and their distance from the circle times the caustic's slope.
 
     The beams are flat, so that J's rows, (dr, r dphi), are along the caustic.
     """

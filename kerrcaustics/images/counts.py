@@ -168,7 +168,7 @@ class CountMap(Shown):
 
 
 def _remarks(camera: Viewer, surface: End, on_caustic: _Marks, certified: _Marks, differ: _Marks) -> tuple[str, ...]:
-    """Remarks about counts; differ: True where found and expected ones do."""
+    """Remarks about counts; differ: True where the counts found and expected differ."""
     reasons = {
         "cannot be distinguished from a caustic: the images may be two more, or less": on_caustic,
         "have other numbers of images by the search than the caustics require": differ & ~on_caustic,

@@ -1,10 +1,10 @@
 """Images next to the shadow edge, where a unit vector of doubles is too coarse for their place.
 
-The way of a ray that winds about the hole depends on how far it is from the shadow edge through d alone, the square of
-half the distance of the outer roots of R. As a function of N it is known to 1e-16 or so, which e^(pi k) magnifies for
-an image of index k. So d is held beside N here, and Newton's method is one in ln |d| and the way s along the curve of
-equal d, in shadow sizes: what N knows of d is forgotten. N itself, and with it b and q, then comes out to round-off,
-and so does the time.
+The path of a ray that winds about the hole depends on its distance from the shadow edge through d alone, the square of
+half the distance of the outer roots of R. As a function of N, d is accurate to about 1e-16, and e^(pi k) magnifies this
+error for an image of index k. So d is kept separately from N, and the variables of Newton's method are ln |d| and the
+distance s along the curve of equal d, in shadow sizes. N itself, with it b and q, and the time are then accurate to
+round-off.
 """
 
 from typing import NamedTuple
@@ -25,20 +25,31 @@ _POOR = 1e-10
 _LATE = 1e-11
 # Least Morse index of images that are refined.
 _WINDING = 2
-# Newton steps, and the half-width of the differences that stand for derivatives, in s and in ln |d|.
-_STEPS, _DIFFERENCE = 4, 1e-6
-# Rounding of n' by radian of the way.
+# Newton steps.
+_STEPS = 4
+# Half-width of the differences that approximate derivatives, in s and in ln |d|.
+_DIFFERENCE = 1e-6
+# Rounding of n' per radian of the path.
 _OF_END = 2e-15
 # Rounding of the time, relative to it.
 _OF_TIME = 1e-15
 # Rounding of N, radians.
 _OF_SKY = 4e-16
-# Steps that put N back where it has the wanted d, and what they may miss it by.
-_RETURNS, _BESIDE = 3, 1e-13
+# Newton steps of N toward the given d.
+_RETURNS = 3
+# Largest distance from it in the end, radians.
+_BESIDE = 1e-13
 
 
 class RefinedImages(NamedTuple):
-    """Images that were refined: their numbers, directions N and their errors, times from the star and their errors."""
+    """Images that were refined.
+
+    which: Numbers of the images.
+    sky: Directions N.
+    error: Errors of the directions, radians.
+    time: Times from the star, GM/c^3.
+    time_error: Errors of the times.
+    """
 
     which: Array
     sky: Array
@@ -48,7 +59,15 @@ class RefinedImages(NamedTuple):
 
 
 class _Ends(NamedTuple):
-    """Ends of rays: n', time, radians of the way; what the formulas lose of n', of its azimuth, and of the time."""
+    """Ends of rays.
+
+    direction: n'.
+    time: Travel time, GM/c^3.
+    phase: Length of the path in radians.
+    noise: Round-off of n' by the formulas, radians.
+    turn_noise: Round-off of the azimuth, radians.
+    time_noise: Round-off of the time.
+    """
 
     direction: Array
     time: Array
@@ -68,15 +87,15 @@ def needs_refinement(
     index: Int[Array, " images"],
     error: Float[Array, " images"],
     time: Float[Array, " images"] | None,
-    late: Float[Array, " images"] | None,
+    time_error: Float[Array, " images"] | None,
 ) -> Bool[Array, " images"]:
     """True for images that gain from being refined.
 
-    Parameters: index, Morse index; error, radians; time and late, its error, None where there is none.
+    Parameters: index, Morse index; error, radians; time and its error, None if there is none.
     """
     poor = error > _POOR
-    if time is not None and late is not None:
-        poor |= late > _LATE * np.abs(time)
+    if time is not None and time_error is not None:
+        poor |= time_error > _LATE * np.abs(time)
     return poor & (index >= _WINDING)
 
 
@@ -91,13 +110,13 @@ def refined_at_shadow_edge(
     """Images close to the shadow edge, to round-off.
 
     Parameters: sky, directions N as the camera sees them, which is at rest; error, of them, radians; star, unit
-    vectors; end, the sphere of the stars; returning, True for its second arrivals.
+    vectors; end, the sphere of the stars; second_arrival, True for its second arrivals.
 
-    Errors: an image that this makes no better is left out.
+    Errors: images whose error does not shrink are left out.
     """
-    refined, size, time, late, good = _DeepSearch(camera, end, sky, star, second_arrival).run()
+    refined, size, time, time_error, good = _DeepSearch(camera, end, sky, star, second_arrival).run()
     good &= size < error
-    return RefinedImages(np.flatnonzero(good), refined[good], size[good], time[good], late[good])
+    return RefinedImages(np.flatnonzero(good), refined[good], size[good], time[good], time_error[good])
 
 
 class _DeepSearch:
@@ -115,7 +134,7 @@ class _DeepSearch:
         self._along = self._size * np.cross(sky, self._across)
 
     def run(self) -> tuple[Array, ...]:
-        """Directions, their errors, times, and theirs; True where that is as good as round-off."""
+        """Directions, their errors, times, and theirs; True where they are good to round-off."""
         place = np.zeros((len(self._start), 2))
         with np.errstate(invalid="ignore", divide="ignore"):
             for _ in range(_STEPS):
@@ -128,12 +147,12 @@ class _DeepSearch:
         sky, missed = self._sky(place)
         # N is rounded along the curve of equal d, too, and b and q with it.
         moved_by[:, 0] += (missed + _OF_SKY) / self._size
-        late = np.abs(rate * moved_by).sum(axis=1) + _OF_TIME * np.abs(ends.time) + ends.time_noise
-        good = (wrong < 10 * rounding).all(axis=1) & (missed < _BESIDE) & np.isfinite(late)
-        return sky, self._size * moved_by[:, 0], ends.time, late, good
+        time_error = np.abs(rate * moved_by).sum(axis=1) + _OF_TIME * np.abs(ends.time) + ends.time_noise
+        good = (wrong < 10 * rounding).all(axis=1) & (missed < _BESIDE) & np.isfinite(time_error)
+        return sky, self._size * moved_by[:, 0], ends.time, time_error, good
 
     def _linear(self, place: Array) -> tuple[Array, Array, Array, _Ends]:
-        """The inverse of the derivative of n' by the place, that of the time, what is missing of n', and the ends."""
+        """The inverse of the derivative of n' by the place, the derivative of the time, the residual, and the ends."""
         steps = _DIFFERENCE * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
         ends = self._ends((place + steps[:, None]).reshape(-1, 2))
         here, *beside = ends.direction.reshape(5, -1, 3)
@@ -147,23 +166,23 @@ class _DeepSearch:
         return inverse, rate, residual, _Ends(here, times[0], *(part[:count] for part in ends[2:]))
 
     def _sky(self, place: Array) -> tuple[Array, Array]:
-        """Directions N that have the wanted d, and by how much (radians) they miss it."""
+        """Directions N of given d, and how far (radians) they miss it."""
         copies = len(place) // len(self._start)
         start, along, across = (np.tile(x, (copies, 1)) for x in (self._start, self._along, self._across))
         steep, depth = (np.tile(x, copies) for x in (self._steep, self._depth))
-        wanted, away = depth * np.exp(place[:, 1]), np.zeros(len(place))
+        target_depth, away = depth * np.exp(place[:, 1]), np.zeros(len(place))
 
-        def there() -> tuple[Array, Array]:
+        def direction_and_miss() -> tuple[Array, Array]:
             sky = moved(start, along * place[:, :1] + across * away[:, None])
-            return sky, (wanted - self._d(sky)) / steep
+            return sky, (target_depth - self._d(sky)) / steep
 
         for _ in range(_RETURNS):
-            away = away + there()[1]
-        sky, miss = there()
+            away = away + direction_and_miss()[1]
+        sky, miss = direction_and_miss()
         return sky, np.abs(miss)
 
     def _ends(self, place: Array) -> _Ends:
-        """Ends of rays whose d is that of the place, whatever N makes of it."""
+        """Ends of rays with the d of the place, which replaces the less accurate one of N."""
         copies = len(place) // len(self._start)
         d = np.tile(self._depth, copies) * np.exp(place[:, 1])
         leaves = np.tile(self._second_arrival, copies)

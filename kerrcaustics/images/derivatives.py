@@ -142,8 +142,8 @@ def _of_images(
     at = expanded(camera, surface, sky, density, images.second_arrival[number])
     (tangents,) = surface.tangents(np.array([images.star]))
     axes, count = len(tangents), len(sky)
-    wish = np.concatenate([-at.given[:, :axes], np.broadcast_to(tangents, (count, axes, 2))], axis=-1)
-    moved = inverse(at.sky[:, :axes]) @ wish
+    target_step = np.concatenate([-at.given[:, :axes], np.broadcast_to(tangents, (count, axes, 2))], axis=-1)
+    moved = inverse(at.sky[:, :axes]) @ target_step
     given = np.concatenate([at.given[:, 3:], np.zeros((count, 2, 2))], axis=-1)
     time, determinant = np.moveaxis(given + at.sky[:, 3:] @ moved, 1, 0)
     return camera.tangents(sky) @ moved, -determinant / at.values[:, 4:], time

@@ -19,17 +19,17 @@ from kerrcaustics.shapes import Float, Int, Num
 Array = np.ndarray
 _Guesses = tuple[Num[Array, " guesses"], ...]
 _Around = tuple[Array, Array, Array, Array]
-"""The star of each place, and of the four points around it the numbers, how far each misses, and the step."""
+"""The star of each place; numbers of the four points around it, their misses, and the steps in depth."""
 _Places = tuple[Float[Array, " found"], Int[Array, " found"]]
-"""Edge phases of places, and around which four points each is."""
+"""Edge phases of places, and the row of the four points around each."""
 
 # Step in depth of the derivatives, and the longest step for which they serve.
 _STEP, _LONGEST = 1e-3, 0.5
 # Stars at a time.
 _ROWS = 128
-# A star within so many errors may be on the caustic: its images are looked for at these places along the curve, in
-# units of the error's reach.
+# Miss of a star, in errors of the points, below which it may lie on the caustic.
 _ERRORS = 20.0
+# Places along the curve at which its images are then sought, in units of the reach of this error.
 _PLACES = np.array([-4.0, -2.0, -1.0, -0.5, 0.5, 1.0, 2.0, 4.0])
 
 
@@ -49,7 +49,7 @@ def fold_guesses(derivatives: Spline, points: Points, star: Float[Array, "stars 
     Parameters: points: of the curve; winding: of its caustic round the stars, which knows more points close to some.
     """
     known = points.joined(winding.points)
-    fold = _Fold.from_points(known, derivatives(known.edge_phase))
+    fold = _FoldExpansion.from_points(known, derivatives(known.edge_phase))
     curve, close = np.arange(len(points)), np.unique(winding.star)
     far = np.setdiff1d(np.arange(len(star)), close)
     groups = [(far[i : i + _ROWS], curve) for i in range(0, len(far), _ROWS)]
@@ -66,10 +66,15 @@ def fold_guesses(derivatives: Spline, points: Points, star: Float[Array, "stars 
     return tuple(np.concatenate(values) for values in zip(*parts, strict=True))
 
 
-class _Fold(NamedTuple):
-    """The map next to points of a critical curve: c, the directions T and N there, the speed a and the bend e.
+class _FoldExpansion(NamedTuple):
+    """The map next to points of a critical curve, to second order.
 
-    error: of the points.
+    place: Ends c of the rays, unit vectors.
+    tangent: Unit vectors T along the caustic.
+    normal: Unit vectors N across it.
+    speed: a, radians per unit of depth.
+    bend: e, radians per unit of depth squared.
+    error: Errors of the points, radians.
     """
 
     place: Array
@@ -80,7 +85,7 @@ class _Fold(NamedTuple):
     error: Array
 
     @classmethod
-    def from_points(cls, points: Points, derivatives: Float[Array, "points 6"]) -> "_Fold":
+    def from_points(cls, points: Points, derivatives: Float[Array, "points 6"]) -> "_FoldExpansion":
         sign = np.where(np.einsum("ij,ij->i", points.major, derivatives[:, :3]) < 0, -1.0, 1.0)
         tangent = points.major * sign[:, None]
         normal = np.cross(points.direction, tangent)
@@ -90,9 +95,9 @@ class _Fold(NamedTuple):
 
 
 def _fits(
-    fold: _Fold, which: Int[Array, " stars"], number: Int[Array, " points"], star: Float[Array, "stars 3"]
+    fold: _FoldExpansion, which: Int[Array, " stars"], number: Int[Array, " points"], star: Float[Array, "stars 3"]
 ) -> tuple[_Around, _Around]:
-    """The four points around each place where the step to a star fits it: where it no longer misses, or may not.
+    """The four points around each place at which the miss of a star changes its sign, or may vanish within its error.
 
     Parameters: which: names of the stars; number: the points round the curve, as close to each other as they need.
     """

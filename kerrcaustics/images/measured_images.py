@@ -1,4 +1,4 @@
-"""Images that a search found, measured on the camera's sky: the fields of `StarImages`, and remarks on what is open."""
+"""Images that a search found, measured on the camera's sky: the fields of `StarImages`, and remarks on doubts."""
 
 import math
 from typing import Any

@@ -29,7 +29,7 @@ Array = np.ndarray
 
 # Newton steps from the place that b and q give.
 _FEW_STEPS = 12
-# Wanted error of the rays of guesses, radians.
+# Tolerance of the rays of guesses, radians.
 _OF_GUESS = 1e-10
 
 
@@ -53,10 +53,10 @@ def _one_theta(camera: Viewer, angles: Float[Array, "stars 2"], max_index: int, 
 
 def sheets_from(camera: Viewer, theta: float, max_index: int, end: Sphere) -> tuple[Viewer, Sheets]:
     """A camera at a star on a sphere, and its sheets of the sphere on which the camera lies."""
-    there = Camera(camera.spin, float(end.radius), theta, "fiducial")
-    outward = end_of(there, camera.radius)
+    star_camera = Camera(camera.spin, float(end.radius), theta, "fiducial")
+    outward = end_of(star_camera, camera.radius)
     try:
-        return there, sheets_of(there, max_index, outward)
+        return star_camera, sheets_of(star_camera, max_index, outward)
     except ValueError as error:
         raise ValueError(f"{error} (Applies to a camera at the star, as the star lies nearer to the hole.)") from None
 
@@ -66,7 +66,7 @@ def _seen_from(
 ) -> ImageSearch:
     """The images as the camera sees them, refined there."""
     photon = photon_of(sheets.frame, tuple(searched.images.sky.T))
-    # Of photons that come in at the star the ways lead on inward, and out again.
+    # Photons that move inward at the star pass a turning point before they reach the camera.
     second_arrival = photon.rate[0] > 0
     parts = []
     for sign in (1.0, -1.0):

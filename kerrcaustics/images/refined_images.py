@@ -1,4 +1,4 @@
-"""Images of a star with those close to the shadow edge refined, as deep_images.py does, and measured anew."""
+"""Images of a star; those close to the shadow edge are refined (deep_images.py), and measured again."""
 
 import math
 from dataclasses import replace
@@ -16,9 +16,9 @@ Array = np.ndarray
 
 
 def refined_images(camera: Viewer, end: Spherical, star: tuple[float, float], searched: ImageSearch) -> Measured:
-    """The images of one star that a search found, those that lie close to the shadow edge to round-off.
+    """The images of one star that a search found; those close to the shadow edge are accurate to round-off.
 
-    Refined images are traced anew, so that all that is said of them belongs to their place.
+    Refined images are traced again, so that all their fields refer to the refined place.
     """
     (images,) = measured_images(camera, end, [star], searched)
     times = (images["time"], images["time_error"]) if end.finite else (None, None)
@@ -41,11 +41,11 @@ def refined_images(camera: Viewer, end: Spherical, star: tuple[float, float], se
         return values
 
     sky, error = with_deep(searched.images.sky, deep.sky), with_deep(searched.images.error, deep.error)
-    there = replace(searched, images=replace(searched.images, sky=sky, error=error))
-    (refined,) = measured_images(camera, end, [star], there)
+    updated_search = replace(searched, images=replace(searched.images, sky=sky, error=error))
+    (refined,) = measured_images(camera, end, [star], updated_search)
     turn, phi = 2 * math.pi, star[1]
     around = phi + turn * np.round((refined["azimuth"][deep_ones] - phi) / turn)
     # N gives the time less accurately than the distance from the shadow edge does.
-    time, late = search_sky(camera).viewer_time(deep.time, deep.time_error)
-    better = {"azimuth": around, "time": time, "time_error": late}
+    time, time_error = search_sky(camera).viewer_time(deep.time, deep.time_error)
+    better = {"azimuth": around, "time": time, "time_error": time_error}
     return refined | {name: with_deep(refined[name], values) for name, values in better.items()}

@@ -1,8 +1,8 @@
 """All images of many stars at once, with the certificate: the search finds as many as the caustics require.
 
-Rings: where a caustic is a point, as that of a hole without spin or of a camera on the spin axis, all is alike around
-the line through camera and hole, and a star on it has no two images that meet, but a whole critical curve of them:
-Einstein's ring, or one of a higher order.
+Rings: if a caustic is a point, as that of a hole without spin or of a camera on the spin axis, space is symmetric about
+the line through camera and hole. The image of a star on that line is a whole critical curve: Einstein's ring, or one of
+a higher order.
 """
 
 from collections.abc import Sequence
@@ -33,14 +33,18 @@ _APPROACHES = 60
 _FARTHEST = 0.3
 # Steps of each approach.
 _WAYPOINTS = 8
-# Newton steps from waypoint to waypoint, and how many images may be followed from one to the next for one star.
-_FEW_STEPS, _MOST_FOLLOWED = 16, 400
-# Newton steps on the plain sky from a place that is known.
+# Newton steps from waypoint to waypoint.
+_FEW_STEPS = 16
+# Most images of one star that are followed from one waypoint to the next.
+_MOST_FOLLOWED = 400
+# Newton steps on the plain sky from a known place.
 _PLAIN_STEPS = 8
 # Distance from a caustic, in radians, below which the search is always thorough.
 _DELICATE = 1e-6
-# Images of one star on one sheet that are closer than this, or than so many of their errors, are the same.
-_SAME, _SAME_ERRORS = 1e-9, 10.0
+# Distance of images of one star on one sheet below which they are the same, radians.
+_SAME = 1e-9
+# The same in their errors.
+_SAME_ERRORS = 10.0
 
 
 @dataclass(frozen=True)
@@ -90,7 +94,7 @@ class ImageSearch:
     on_caustic: True for a star that cannot be distinguished from the caustic of that order.
     ring: True where that caustic is a point, so that the images next to it are one ring, and not entries.
     coarse: by index, the step of a grid that is coarser than the search is made for, radians; 0 for others.
-    remarks: for each star, remarks on what else is not certain.
+    remarks: for each star, remarks on other doubts.
     certificate: name of the argument behind `certified`.
     """
 
@@ -161,7 +165,7 @@ def _searched_thoroughly(sheets: Sheets, star: Float[Array, "stars 3"]) -> Image
 def _approached(sheets: Sheets, star: Float[Array, " 3"], index: int, count: int) -> SkyImages:
     """The images of one star on one sheet, followed from those of other stars around that have as many.
 
-    Where the map is strongly sheared, no grid shows well where to start.
+    It serves where the map is strongly sheared and the grid gives poor guesses.
     """
     rng = np.random.default_rng(0)
     far = _FARTHEST * rng.uniform(size=(_APPROACHES, 1)) ** 2 * rng.normal(size=(_APPROACHES, 3))
@@ -234,9 +238,9 @@ def ring_remark(camera: Viewer, surface: End, curve: CriticalCurve, where: str =
 def sharpened(searched: SearchSky, result: ImageSearch, star: Float[Array, "stars 3"], end: End) -> ImageSearch:
     """The images of stars that an observer at a finite radius finds, those of index 0 with smaller errors.
 
-    A screen shows best what is next to the hole. What is seen directly lies at the radius of the observer from it,
-    where the rounding of a direction on the engines' sphere is a large length: it is refined on the plain sky of a
-    camera at the same place.
+    A screen resolves best the images next to the hole. Direct images lie on it at a distance of about the observer's
+    radius, where the rounding of a direction on the engines' sphere is a large length: they are refined on the plain
+    sky of a camera at the same place.
     """
     plain, observer = searched.plain_camera, searched.search_camera
     if plain is None:

@@ -24,17 +24,18 @@ _REACH = 1.25
 _MOST_BALLS = 12
 # Bend of a cell's image, in parts of its length, that the circles cover.
 _SAG = 0.05
-# How far outside a cell, in parts of it, the linear model of the map may put the star, beside the margin.
+# Error of the linear model of the map, in parts of a cell: the margin beside a cell grows by it.
 _LINEAR = 0.25
-# Circles whose radii differ by less than this factor are taken for equal: they are searched together.
+# Ratio of radii below which circles count as equal: they are searched together.
 _ALIKE = 1.5
-# For so many pairs of a star and a circle a table of all distances is quicker than a tree; the round-off of the squares
-# in it.
-_FEW_PAIRS, _ROUND_OFF = 2_000_000, 4e-15
+# Pairs of a star and a circle up to which a table of all distances is faster than a tree.
+_FEW_PAIRS = 2_000_000
+# Round-off of the squares of distances in the table.
+_ROUND_OFF = 4e-15
 
 
 @dataclass(frozen=True, eq=False)
-class _Circles:
+class _CellCircles:
     """Circles on the celestial sphere: their centres, the cells that they cover, the radii."""
 
     centre: Float[Array, "circles 3"]
@@ -48,7 +49,7 @@ class _Circles:
         return which, circle
 
     def pairs_of_many(self, star: "KDTree", wider: float) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
-        """The same by a tree of the stars, for circles of one radius."""
+        """Pairs as by `pairs`, with a tree of the stars, for circles of one radius."""
         reach = wider * float(self.radius[0])
         pairs = star.sparse_distance_matrix(self._tree, reach, output_type="ndarray")
         return pairs["i"], pairs["j"]
@@ -70,7 +71,7 @@ class Cells:
 
     sheet: Morse index of the sheet.
     edge_phase: edge phases of two opposite corners, radians.
-    part: parts of the way across the sheet of these corners, 0 to 1.
+    part: positions of these corners across the sheet, 0 to 1.
     corners: images of all four corners.
     linear: linear map from a direction, followed by 1, to the place in the cell, whose middle is 0.
     """
@@ -82,16 +83,16 @@ class Cells:
     linear: Float[Array, "2 4 cells"]
 
     @cached_property
-    def circles(self) -> _Circles:
+    def circles(self) -> _CellCircles:
         """Circles that cover the images of the cells."""
         return _circles(self.corners)
 
     @cached_property
-    def circles_by_size(self) -> tuple[_Circles, ...]:
-        """The same in groups of one radius."""
+    def circles_by_size(self) -> tuple[_CellCircles, ...]:
+        """The circles in groups of one radius."""
         every = self.circles
         groups = [np.flatnonzero(every.radius == one) for one in np.unique(every.radius)]
-        return tuple(_Circles(every.centre[group], every.cell[group], every.radius[group]) for group in groups)
+        return tuple(_CellCircles(every.centre[group], every.cell[group], every.radius[group]) for group in groups)
 
     def candidates(
         self, star: Float[Array, "stars 3"], margin: float
@@ -156,7 +157,7 @@ def _centres(corners: Float[Array, "cells 4 3"]) -> Float[Array, "cells 3"]:
     return middle / np.linalg.norm(middle, axis=1, keepdims=True)
 
 
-def _circles(corners: Float[Array, "cells 4 3"]) -> _Circles:
+def _circles(corners: Float[Array, "cells 4 3"]) -> _CellCircles:
     """Circles that cover the cells' images, mostly long and thin, along their longer axes."""
     centre = _centres(corners)
     away = corners - centre[:, None]
@@ -178,7 +179,7 @@ def _circles(corners: Float[Array, "cells 4 3"]) -> _Circles:
     _, group = np.unique(np.floor(np.log(np.maximum(radius, 1e-12)) / np.log(_ALIKE)), return_inverse=True)
     largest = np.zeros(group.max(initial=-1) + 1)
     np.maximum.at(largest, group, radius)
-    return _Circles(middle, owner, largest[group])
+    return _CellCircles(middle, owner, largest[group])
 
 
 def _linear_inverse(corners: Float[Array, "cells 4 3"]) -> Float[Array, "cells 2 3"]:

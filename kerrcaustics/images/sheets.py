@@ -3,9 +3,9 @@
 On a sheet the sky map has no fold: every image of a star there is a regular root, and their number is known from the
 sheet's edges alone (winding.py). A sheet is covered by a grid in `edge_phase`, the parameter of the lines of
 sky_lines.py, and `part`, 0 on the outer critical curve (or opposite to the hole) and 1 on the inner one. The grid is
-traced as rays; a star's images are looked for in the cells whose images lie around it.
+traced as rays; a star's images are sought in the cells whose images surround it.
 
-All of it lives on the sky of a camera at rest: neither caustics nor the order of images depend on the velocity.
+Sheets lie on the sky of a camera at rest: neither caustics nor the order of images depend on the velocity.
 """
 
 from collections.abc import Sequence
@@ -37,14 +37,13 @@ Array = np.ndarray
 
 # Most places at which the images of one star are searched for.
 _MOST_STARTS = 1000
-# How far outside a cell, in parts of it, the bilinear model of the map may put the star: at first, and when searching
-# again. And the distance from the critical curves, in parts of a sheet, at which Newton's method starts at least.
 NARROW, WIDE = 0.05, 0.5
+"""Margins beside a cell, in parts of it, within which the bilinear map may place a star: first and second search."""
+# Least distance from the critical curves at which Newton's method starts, in parts of a sheet.
 _INSIDE = 0.002
-# Wanted error of the rays of the grids, radians, which show where to look: what the closed form loses next to an
-# extremal hole is less.
+# Tolerance of the rays of the grids, radians: larger than the round-off of the closed form next to an extremal hole.
 _OF_GRID = 1e-8
-# Directions where images are counted on the grids, in no special place.
+# Directions at which images are counted on the grids: generic ones.
 _REFERENCES = from_angles([0.4, 0.9, 1.3, 2.1, 2.6], [1.0, 4.0, 2.5, 5.5, 0.3])
 
 
@@ -150,7 +149,7 @@ class Sheets:
         )
 
     def starts(self, star: Float[Array, "stars 3"], margin: float) -> Starts:
-        """Guesses for all images of the stars; margin, NARROW or WIDE, how far outside a cell they may lie."""
+        """Guesses for all images of the stars; margin: NARROW or WIDE, the margin beside a cell."""
         cells = self.grids.cells
         which, cell = cells.candidates(star, margin)
         u, v = bilinear_root(cells.corners[cell], star[which])
@@ -243,9 +242,9 @@ def _changes(windings: Sequence[Winding]) -> Int[Array, "stars sheets"]:
 
 
 def _counts_at_pole(sheets: Sequence[Sheet], polygons: Sequence[CausticPolygon]) -> Int[Array, " sheets"]:
-    """Numbers of images of the north pole on each sheet, as most of a few directions give them.
+    """Numbers of images of the north pole on each sheet, the median over a few directions.
 
-    There the degree of the map that the grid stands for gives the count, and the caustics give the difference.
+    The degree of the map on the grid gives the count at a direction, and the caustics the difference from the pole.
     """
     known = np.stack([(-1) ** sheet.index * degrees(sheet.direction, _REFERENCES) for sheet in sheets], axis=1)
     changes = _changes([polygon.winding(_REFERENCES) for polygon in polygons])
@@ -253,7 +252,7 @@ def _counts_at_pole(sheets: Sequence[Sheet], polygons: Sequence[CausticPolygon])
 
 
 def _among_first(which: Int[Array, " pairs"], most: int) -> Bool[Array, " pairs"]:
-    """True for at most so many pairs of each star; which: the star of each, in order."""
+    """True for the first `most` pairs of each star; which: the star of each pair, in order."""
     return np.arange(len(which)) - np.searchsorted(which, which) < most
 
 

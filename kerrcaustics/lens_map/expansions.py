@@ -78,11 +78,11 @@ def _in_batches(
 
 def _batch(given: Float[Array, "rays numbers"], motion: Moving, surface: End, density: float) -> tuple[Array, Array]:
     # JAX is loaded for derivatives alone.
-    from kerrcaustics.beams.traced_ends import traced
+    from kerrcaustics.beams.traced_ends import traced_end
     from kerrcaustics.spacetime.settings import own_settings
 
     with own_settings():
-        values, slopes = _compiled()(given, motion, traced(surface), density)
+        values, slopes = _compiled()(given, motion, traced_end(surface), density)
         return np.array(values), np.array(slopes)
 
 

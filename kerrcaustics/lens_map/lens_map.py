@@ -41,8 +41,8 @@ class SearchMap:
         cls, viewer: Viewer, surface: End, engine: str = "auto", tolerance: float = TOLERANCE
     ) -> "SearchMap":
         """The map that is searched for a viewer; ValueError unless engine and tolerance are valid."""
-        _, wanted = check_request(viewer, engine, tolerance)
-        return cls(search_camera(viewer), surface, engine, wanted)
+        _, tolerance = check_request(viewer, engine, tolerance)
+        return cls(search_camera(viewer), surface, engine, tolerance)
 
     @cached_property
     def domain(self) -> Domain:
@@ -73,7 +73,7 @@ class SearchMap:
         """Beams of directions N; without crossings of the plane and redshifts."""
         accuracy = tolerance or self.tolerance
 
-        def traced(sky: Array, end: End) -> Beams:
+        def trace(sky: Array, end: End) -> Beams:
             return beams_of_directions(
                 self.camera,
                 sky,
@@ -87,7 +87,7 @@ class SearchMap:
                 constants=constants,
             )
 
-        return on_leaves(self.surface.bare(), sky, second_arrival, traced)
+        return on_leaves(self.surface.bare(), sky, second_arrival, trace)
 
     def rays_of_sky(
         self, sky: Float[Array, "n 3"], second_arrival: Bool[Array, " n"] | None = None, tolerance: float | None = None
@@ -95,10 +95,10 @@ class SearchMap:
         """Rays of directions N."""
         accuracy = tolerance or self.tolerance
 
-        def traced(sky: Array, end: End) -> Rays:
+        def trace(sky: Array, end: End) -> Rays:
             return rays_of_directions(self.camera, sky, self.engine, accuracy, end=end)
 
-        return on_leaves(self.surface.bare(), sky, second_arrival, traced)
+        return on_leaves(self.surface.bare(), sky, second_arrival, trace)
 
     def directions(
         self, line_of_sight: HostVectors, second_arrival: Bool[Array, "*batch"], tolerance: float | None = None

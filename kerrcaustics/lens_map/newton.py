@@ -72,7 +72,7 @@ def step_by_step(
     trial, taken = sky, np.zeros(n)
     for _ in range(most_steps):
         beams = beams_of_directions(camera, trial, "auto", TOLERANCE, crossings=False, redshift=False, end=end.bare())
-        wish, distance = _newton_step(end, star[active], trial, beams)
+        target_step, distance = _newton_step(end, star[active], trial, beams)
         before = residual[active]
         # A linear map would bring n' closer by the part of the step that is taken; a third of that is asked for.
         allowed = (beams.index == index[active]) & (distance < residual[active] * (1 - taken / 3))
@@ -85,7 +85,7 @@ def step_by_step(
             left = distance**2 * np.maximum(limits.SAFETY * distance / before**2, curving)
         last = allowed & (taken == 1) & (left <= beams.error) & (distance > limits.ERRORS * beams.error)
         better = active[allowed]
-        sky[better], step[better], residual[better] = trial[allowed], wish[allowed], distance[allowed]
+        sky[better], step[better], residual[better] = trial[allowed], target_step[allowed], distance[allowed]
         with np.errstate(divide="ignore"):
             off = beams.error + np.where(last, left, distance)
             error[better] = (off * end.scale(beams) / np.abs(beams.delta_minus))[allowed]

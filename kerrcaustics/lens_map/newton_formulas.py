@@ -17,7 +17,7 @@ from kerrcaustics.beams.closed_form import formula
 from kerrcaustics.beams.geometry import length
 from kerrcaustics.beams.kernels.programs import ENDS, FRAME, SKY, SPHERICAL, Number, Program, named, with_end
 from kerrcaustics.beams.kernels.tables import Table, table_row
-from kerrcaustics.beams.ray_end import Wanted
+from kerrcaustics.beams.ray_end import RayOutputs
 from kerrcaustics.beams.vectors import dot
 from kerrcaustics.lens_map import newton_limits as limits
 from kerrcaustics.spacetime.sphere import polar_basis, tangent_parts
@@ -35,14 +35,18 @@ class Chart(NamedTuple):
     size: Any
 
 
-class Wish(NamedTuple):
-    """What a search is for: the unit vector of the star, and the Morse index of its image."""
+class NewtonTarget(NamedTuple):
+    """The star and the image that a search is for.
+
+    star: Unit vector of the star.
+    index: Morse index of the image.
+    """
 
     star: Any
     index: Any
 
 
-class Search(NamedTuple):
+class NewtonSearch(NamedTuple):
     """A search on its way.
 
     number: number of steps.
@@ -67,31 +71,31 @@ class Search(NamedTuple):
     taken: Any
 
 
-def root(frame: Any, start: Any, wish: Wish, end: Any, chart: Chart, most: Any, *, on_equator: bool) -> Any:
+def root(frame: Any, start: Any, target: NewtonTarget, end: Any, chart: Chart, most: Any, *, on_equator: bool) -> Any:
     """The direction that shows a star, the error of it in radians, and the state in which the search has ended.
 
     Parameters: start, the first guess, three components; most: steps.
     """
-    traced = partial(formula.trace, frame, end=end, wanted=Wanted(beams=True, index=True), on_equator=on_equator)
+    traced = partial(formula.trace, frame, end=end, outputs=RayOutputs(beams=True, index=True), on_equator=on_equator)
 
-    def turn(now: Search) -> Search:
-        return _after(now, traced(now.trial), wish, partial(_stepped, frame, chart))
+    def turn(now: NewtonSearch) -> NewtonSearch:
+        return _next_search(now, traced(now.trial), target, partial(_stepped, frame, chart))
 
     # All of it depends on the ray.
     blank = 0.0 * start[0]
     none = (blank, blank, blank)
-    first = Search(blank, blank + limits.GOING, start, none, blank + math.inf, blank, blank + 1, start, blank)
+    first = NewtonSearch(blank, blank + limits.GOING, start, none, blank + math.inf, blank, blank + 1, start, blank)
     last = jax.lax.while_loop(lambda now: (now.state == limits.GOING) & (now.number < most), turn, first)
     return jnp.stack(last.sky), last.error, last.state
 
 
-def _after(now: Search, beam: Any, wish: Wish, stepped: Any) -> Search:
+def _next_search(now: NewtonSearch, beam: Any, target: NewtonTarget, stepped: Any) -> NewtonSearch:
     """The search after the beam of its trial."""
-    off, distance = _missed(now.trial, beam, wish.star)
+    off, distance = _missed(now.trial, beam, target.star)
     error, minor = beam.error, jnp.abs(_minor_diameter(beam.jacobian))
     unsure = ~beam.closed_form | is_mostly_noise(beam, limits.TOLERANCE)
     # A linear map would bring n' closer by the part of the step that is taken; a third of that is asked for.
-    allowed = (beam.index == wish.index) & (distance < now.residual * (1 - now.taken / 3))
+    allowed = (beam.index == target.index) & (distance < now.residual * (1 - now.taken / 3))
     settled = ~allowed & (now.residual < limits.MOST_ERRORS * error) & (now.part == 1)
     curving = limits.CURVING / jnp.minimum(minor, 1.0) ** 2
     left = distance**2 * jnp.maximum(limits.SAFETY * distance / now.residual**2, curving)
@@ -105,7 +109,9 @@ def _after(now: Search, beam: Any, wish: Wish, stepped: Any) -> Search:
     trial, taken = stepped(sky, step, part)
     ended = jnp.where(done | last, limits.FOUND, jnp.where(going, limits.GOING, limits.LOST))
     state = jnp.where(unsure, limits.UNSURE, ended)
-    return Search(now.number + 1, state, _either(last & going, trial, sky), step, residual, known, part, trial, taken)
+    return NewtonSearch(
+        now.number + 1, state, _either(last & going, trial, sky), step, residual, known, part, trial, taken
+    )
 
 
 def _missed(sky: Any, beam: Any, star: Any) -> tuple[Any, Any]:
@@ -192,10 +198,10 @@ def _either(flag: Any, one: Any, other: Any) -> tuple[Any, ...]:
 def programs() -> dict[str, Program]:
     """The kernels by their names."""
     one, each, made = Number.OF_CALL, Number.OF_RAY, {}
-    wish, chart = Wish((each,) * 3, each), Chart(one, one, Table(4))
+    target, chart = NewtonTarget((each,) * 3, each), Chart(one, one, Table(4))
     for place, equator in product(SPHERICAL, (False, True)):
         function = with_end(partial(root, on_equator=equator), place, 3)
         made[f"{named('root', equator=equator)}_{place}"] = Program(
-            function, (FRAME, SKY, wish, ENDS[place], chart, one)
+            function, (FRAME, SKY, target, ENDS[place], chart, one)
         )
     return made

@@ -32,7 +32,7 @@ _SMALL = 1e-9
 _FINEST = 5e-17
 # Beams with a larger ratio of their diameters are never taken as flat.
 _FLAT = 1e-10
-# Wanted error of rays that only the radius is asked of.
+# Tolerance of rays whose radius alone is needed.
 _COARSE = 1e-6
 
 

@@ -21,7 +21,7 @@ from kerrcaustics.spacetime.viewer import Viewer
 Array = np.ndarray
 
 TOLERANCE = newton_limits.TOLERANCE
-"""Wanted error of the beams in all that is said of sources: radians, in the plane relative to the radius."""
+"""Tolerance of the beams in all analyses of sources: radians, in the plane relative to the radius."""
 
 # Radius from which on an observer searches for cameras.
 _FAR = 1e5

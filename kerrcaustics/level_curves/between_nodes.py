@@ -46,7 +46,7 @@ def _interpolated(branches: Branches, phi: Float[Array, " moments"]) -> SkyImage
     longitude = phi[moment] + np.repeat([-_TURN, 0, _TURN], [len(span[0]) for span in spans])
     chosen = links[link]
     part = (chosen.parameter(longitude) - chosen.p_0) / (chosen.p_1 - chosen.p_0)
-    start = branches.chart.sky(branches.kinds(chosen), branches.link_cubics[link].at(part))
+    start = branches.chart.sky(branches.kinds(chosen), branches.link_cubics[link].points(part))
     sheets = branches.sheets
     place = branches.circle.place(longitude)
     which, sky, error = find_roots(sheets.camera, place, chosen.index, start, _FEW_STEPS, end=sheets.surface)

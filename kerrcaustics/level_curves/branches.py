@@ -272,7 +272,7 @@ class Branches:
         links = self.links[which]
         p = links.p_0 + part * (links.p_1 - links.p_0)
         longitude = links.longitude(p)
-        start = self.chart.sky(self.kinds(links), self.cubics(links).at(part))
+        start = self.chart.sky(self.kinds(links), self.cubics(links).points(part))
         converged, sky, error = self._roots(longitude, links.index, start, steps)
         divided = (parts > 1) & (np.bincount(which[converged], minlength=len(parts)) == parts - 1)
         chosen = divided[which[converged]]

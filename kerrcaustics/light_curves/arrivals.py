@@ -29,9 +29,9 @@ from kerrcaustics.spacetime.sphere import flattened, lengths, tangent_basis, uni
 
 Array = np.ndarray
 
-# Of the radius: how much further out a ray is looked at, for the sense in which theta changes along it.
+# Relative step outward over which the change of theta along a ray is taken.
 _FURTHER = 1e-6
-# A ray that does not reach the source's sphere is evaluated beyond its turning point, by this part of what it lacks.
+# A ray that misses the source's sphere is evaluated outside its turning point, by this part of the relative miss.
 # The error made so vanishes as the ray approaches the sphere.
 _BESIDE = 0.1
 # The least and the largest distance from the turning point, over the radius.
@@ -64,22 +64,22 @@ class Source:
         radius: Float[Array, " n"] | None = None,
     ) -> "Arrivals":
         """The rays of directions on the search sky, to the spheres of the source at emission times, or to others."""
-        places = self.motion.at(time)
+        places = self.motion.places(time)
         radius = places.radius if radius is None else radius
-        beams, cosine_slope = self._traced(sky, radius, second)
-        # Rays that turn back further out are looked at next to their turning point.
+        beams, cosine_slope = self._trace(sky, radius, second)
+        # Rays that turn outside the sphere are evaluated next to their turning point.
         passed = np.flatnonzero(beams.status == Status.MISSED)
         if len(passed):
             nearest = _turning_points(self.spin, np.asarray(beams.impact)[passed], np.asarray(beams.carter)[passed])
             part = np.clip(_BESIDE * (nearest / radius[passed] - 1), _LEAST_BESIDE, _MOST_BESIDE)
-            beside_turning_point, slope = self._traced(sky[passed], nearest * (1 + part), second[passed])
+            beside_turning_point, slope = self._trace(sky[passed], nearest * (1 + part), second[passed])
             for name, values in vars(beams).items():
                 if isinstance(values, np.ndarray):
                     values[passed] = getattr(beside_turning_point, name)
             cosine_slope[passed] = slope
         return Arrivals(self, sky, time, second, places, beams, cosine_slope)
 
-    def _traced(
+    def _trace(
         self, sky: Float[Array, "n 3"], radius: Float[Array, " n"], second: Bool[Array, " n"]
     ) -> tuple[Beams, Float[Array, " n"]]:
         """Beams to spheres, and the change of cos theta a little further out."""
@@ -129,12 +129,12 @@ class OrbitErrors(NamedTuple):
     """Errors (n,) that follow from those of the orbit.
 
     place: of the place, over the radius.
-    late: of the arrival time, GM/c^3.
+    delay: of the arrival time, GM/c^3.
     ratio: of the frequency ratio, relative.
     """
 
     place: Array
-    late: Array
+    delay: Array
     ratio: Array
 
 
@@ -210,7 +210,7 @@ class Arrivals:
         return np.sqrt(sigma / delta) / r, np.sqrt(sigma) / r, np.sqrt(big / sigma) / r
 
     @cached_property
-    def ahead(self) -> Float[Array, "n 3"]:
+    def ray_tangent(self) -> Float[Array, "n 3"]:
         """Unit vectors along the ray, in lengths along r, theta, phi."""
         a, r, (p_r, p_theta, around) = self.source.spin, self.beams.radius, self.momentum
         drag = a * (r * r + a * a - a * self._light[0]) / self._delta - a
@@ -220,14 +220,14 @@ class Arrivals:
         return unit(ahead)
 
     @cached_property
-    def across(self) -> Float[Array, "2 n 3"]:
+    def transverse_steps(self) -> Float[Array, "2 n 3"]:
         """Two steps dr, dtheta, sin theta dphi across the ray, of the length 1 over the radius."""
-        return np.stack(tangent_basis(self.ahead)) / np.stack(self._scales, axis=-1)
+        return np.stack(tangent_basis(self.ray_tangent)) / np.stack(self._scales, axis=-1)
 
     def _on_plane(self, step: Float[Array, "n 3"]) -> Float[Array, "n 2"]:
         """Steps dr, dtheta, sin theta dphi, seen along the ray: lengths over the radius."""
         long = step * np.stack(self._scales, axis=-1) ** 2
-        return np.stack([(long * across).sum(axis=1) for across in self.across], axis=-1)
+        return np.stack([(long * across).sum(axis=1) for across in self.transverse_steps], axis=-1)
 
     def _step(self, vector: Float[Array, "n 3"], radius: Array | float = 0.0) -> Float[Array, "n 3"]:
         """Steps of unit vectors and of radii as dr, dtheta, sin theta dphi."""
@@ -243,8 +243,8 @@ class Arrivals:
     def closest_approach(self) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
         """The place of the source along the ray, and the radius at which the ray passes it, both over its radius."""
         long = self.offset * np.stack(self._scales, axis=-1)
-        along = (long * self.ahead).sum(axis=1)
-        step = long - along[:, None] * self.ahead
+        along = (long * self.ray_tangent).sum(axis=1)
+        step = long - along[:, None] * self.ray_tangent
         return np.abs(along), 1 + step[:, 0] / self._scales[0] / self.places.radius
 
     @property
@@ -280,8 +280,10 @@ class Arrivals:
     @cached_property
     def arrival(self) -> Float[Array, " n"]:
         """The time of the viewer at which the source's own light arrives, from the ray close to it."""
-        late, _ = self.source.searched.viewer_time(np.asarray(self.beams.time), np.asarray(self.beams.time_error))
-        return self.time + late + (np.stack(self.momentum, axis=-1) * self.offset).sum(axis=1)
+        travel_time, _ = self.source.searched.viewer_time(
+            np.asarray(self.beams.time), np.asarray(self.beams.time_error)
+        )
+        return self.time + travel_time + (np.stack(self.momentum, axis=-1) * self.offset).sum(axis=1)
 
     @cached_property
     def orbit_errors(self) -> "OrbitErrors":
@@ -292,7 +294,7 @@ class Arrivals:
         place, velocity = errors.place * longest, errors.velocity * longest
         push = lengths(np.stack(self.momentum, axis=-1) / scales)
         with np.errstate(invalid="ignore", divide="ignore"):
-            # (dtau / dt)^2 and 1 - p.v, of which the ratio is made, change by so much at most.
+            # Bounds of the changes of (dtau / dt)^2 and of 1 - p.v, the factors of the ratio.
             ratio = (place + velocity) * (2 / clock_rates(self.source.spin, self.places) + push / np.abs(self.rate))
         return OrbitErrors(place, push * place * radius, ratio)
 

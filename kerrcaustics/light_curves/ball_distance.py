@@ -1,8 +1,8 @@
 """Distances between rays and a source that moves, across the rays, to the second order of the offset.
 
 Half of the square of a distance is Synge's function sigma(x, z): of an event x of the ray and z of the source it is
-g(d, d) / 2 with d = x - z and the metric at the middle between both, but for terms of the fourth order. The source is
-seen together with the ray where sigma does not change along it; then x may be any event of the ray. Parallel transport
+g(d, d) / 2 with d = x - z and the metric at the middle between both, up to terms of the fourth order. Source and ray
+are seen at once if sigma is stationary along the ray; then x may be any event of the ray. Parallel transport
 from z to x is -d^2 sigma / dx dz.
 """
 

@@ -1,4 +1,4 @@
-"""The light of a ball from its images as a point and from its pair events: what is evenly lit, and what is sliced."""
+"""The light of a ball: even images by their limb, others and those at pair events by slices."""
 
 from dataclasses import dataclass
 
@@ -15,17 +15,23 @@ from kerrcaustics.spacetime.sphere import lengths
 
 Array = np.ndarray
 
-# A ball is looked for at a fold until its middle is so many radii outside; each time is a little wrong.
+# Distance of the middle from a fold, in radii of the ball, up to which the ball may reach it: more than 1 by errors.
 _OUTSIDE = 1.1
-# Tips of spines that are the same lie so close, as a part of the length of the spine.
+# Distance of tips, over the length of the spine, below which two spines are the same.
 _SAME = 1e-2
-# Light of images that cannot be measured is known to this part of that of a point.
+# Error of the light of images that cannot be measured, over that of a point.
 _ROUGHLY = 0.3
 
 
 @dataclass(frozen=True)
 class BallShares:
-    """Light by branch and time, its error, and its direction on the search sky; remarks: what is in doubt."""
+    """Light of a ball by branch and time.
+
+    flux: Flux.
+    error: Error of the flux.
+    sky: Mean direction on the search sky.
+    remarks: One for each doubt.
+    """
 
     flux: Float[Array, "branches times"]
     error: Float[Array, "branches times"]
@@ -53,15 +59,15 @@ def ball_shares(
     ball: MovingBall,
     curves: ImageCurves,
     times: Float[Array, " t"],
-    wanted: list[Array],
+    branch_times: list[Array],
     point_images: list[SeenImages],
 ) -> BallShares:
-    """The light of a ball. wanted: the times of each branch at which its image as a point exists and is seen."""
+    """The light of a ball; branch_times: numbers of the times at which the point image of each branch exists."""
     shape = len(curves.branches), len(times)
     flux, error, sky = np.zeros(shape), np.zeros(shape), np.full((*shape, 3), np.nan)
     parts: list[_Part] = []
     turns = {turn: k for k, turn in enumerate(curves.turns)}
-    for k, (branch, which, images) in enumerate(zip(curves.branches, wanted, point_images, strict=True)):
+    for k, (branch, which, images) in enumerate(zip(curves.branches, branch_times, point_images, strict=True)):
         if not len(which):
             continue
         aims = _aims(ball.source, images.sky, images.emitted, times[which], images.second)
@@ -90,8 +96,8 @@ def ball_shares(
     return _with_parts(ball, curves, times, parts, (flux, error, sky), folds)
 
 
-def _aims(source: Source, sky: Array, emitted: Array, wanted: Array, second: Array) -> RayAims:
-    return RayAims(sky, emitted, wanted, second, axes_at(source.arrivals(sky, emitted, second)))
+def _aims(source: Source, sky: Array, emitted: Array, arrival: Array, second: Array) -> RayAims:
+    return RayAims(sky, emitted, arrival, second, axes_at(source.arrivals(sky, emitted, second)))
 
 
 def _parts_beside_events(
@@ -105,10 +111,10 @@ def _parts_beside_events(
     for k, (turn, speed) in enumerate(zip(curves.turns, speeds.tolist(), strict=True)):
         point = turn.point
         branches = tuple(b for b, branch in enumerate(curves.branches) if turn in (branch.born, branch.dies))
-        late = times - float(point.arrival[0])
-        outside = late < 0 if turn.creates else late > 0
-        for i in np.flatnonzero(outside & (np.abs(late) * speed < _OUTSIDE * ball.size)).tolist():
-            emitted = float(point.time[0] + late[i] / point.rate[0])
+        delay = times - float(point.arrival[0])
+        outside = delay < 0 if turn.creates else delay > 0
+        for i in np.flatnonzero(outside & (np.abs(delay) * speed < _OUTSIDE * ball.size)).tolist():
+            emitted = float(point.time[0] + delay[i] / point.rate[0])
             parts.append(_Part(i, branches, point.sky[0], emitted, bool(point.second[0]), k, 0.0))
     return parts
 
@@ -128,16 +134,16 @@ def _with_parts(
     flux, error, sky = shares
     remarks: list[str] = []
     if parts:
-        wanted = times[[part.time for part in parts]]
+        arrival = times[[part.time for part in parts]]
         places = np.array([part.sky for part in parts])
         emitted, second = np.array([part.emitted for part in parts]), np.array([part.second for part in parts])
-        aims = _aims(ball.source, places, emitted, wanted, second)
+        aims = _aims(ball.source, places, emitted, arrival, second)
         for i, turn in enumerate(_common_turns(curves, times, parts)):
             if turn is not None and folds is not None:
                 aims.axes[i] = folds.axes[turn]
         images = ball.sliced_light(aims)
         # The light changes over the size of the ball.
-        known = ball.source.motion.errors(emitted).place * ball.source.motion.at(emitted).radius / ball.size
+        known = ball.source.motion.errors(emitted).place * ball.source.motion.places(emitted).radius / ball.size
         rough = 0
         for group in _groups(parts, images):
             image, part = images[group[0]], parts[group[0]]

@@ -9,8 +9,8 @@ frame. With k.d = 0 for all d between events that are seen at once, |xi|^2 = G_i
 G_ij = g_ij + g_ti p_j + g_tj p_i + g_tt p_i p_j, p the momentum of the light: G is free of the source's motion.
 
 Images whose light hardly changes over the ball are measured along their limb (even_light.py). The others are cut into
-slices along their spines, where xi_t = 0, t being the direction along the caustic: xi_n turns back at the fold, so that
-both images of a pair lie on one spine, and nothing on the way along it is singular. Slices are planes N.e = p about a
+slices along their spines, where xi_t = 0, t being the direction along the caustic: xi_n has an extreme at the fold, so
+that both images of a pair lie on one spine, along which nothing is singular. Slices are planes N.e = p about a
 direction e of the spine: the solid angle between two is dp dphi, phi being the azimuth about e.
 """
 
@@ -30,29 +30,37 @@ from kerrcaustics.spacetime.sphere import lengths, tangent_basis
 
 Array = np.ndarray
 
-# Newton steps to a place of the ball, and what may be left of the way, in its radii.
-_NEWTON, _CLOSE = 8, 1e-7
-# Curvature of a path over the ball's radius above which the ray is evaluated at closest approach, and the part of the
-# radius within which corrections of places fade.
-_BENT, _MIDDLE = 1e-3, 1e-3
-# Steps along a path toward its closest approach: as many, and more for rays that are still too far from it.
-_STEPS, _MOST_STEPS = 2, 6
+# Newton steps to a place of the ball.
+_NEWTON = 8
+# Distance from the place at which they have converged, in radii of the ball.
+_CLOSE = 1e-7
+# Curvature of a path over the ball's radius above which the ray is evaluated at closest approach.
+_BENT = 1e-3
+# Part of the radius within which corrections of places fade.
+_MIDDLE = 1e-3
+# Steps along a path toward its closest approach.
+_STEPS = 2
+# Most steps of rays that are then still too far from it.
+_MOST_STEPS = 6
 # The first step along a spine, in radii of the ball by the steeper slope.
 _FIRST = 0.3
 # Factor by which each step may grow.
 _GROWTH = 1.8
-# The longest step of xi_n, as a part of what is left to the limb.
+# The longest step of xi_n, as a part of the distance from the limb.
 _FAR = 0.4
-# The same, at least, in radii of the ball.
+# The least such limit, in radii of the ball.
 _LEAST_FAR = 0.04
 # The least cosine of a turn between two steps.
 _STRAIGHT = 0.9
 # The largest number of steps.
 _MOST = 150
-# The shortest step, and what may be left of the way to a tip, as a part of the first.
-_SHORTEST, _AT_TIP = 1e-4, 1e-5
-# Nodes of slices between two steps, and the least cosine between a spine and their direction.
+# The shortest step, as a part of the first.
+_SHORTEST = 1e-4
+# Distance from a tip at which it is reached, as a part of the first step.
+_AT_TIP = 1e-5
+# Nodes and weights of slices between two steps.
 _NODES, _WEIGHTS = (values / 2 for values in np.polynomial.legendre.leggauss(4))
+# The least cosine between a spine and the direction of its slices.
 _LEAST_COSINE = 0.4
 
 
@@ -87,7 +95,7 @@ class MovingBall:
 
     def passes(self, aims: RayAims) -> Passes:
         """The rays of aims as they are."""
-        rays = self._beside(aims)
+        rays = self._closest_rays(aims)
         form = _form(rays)
         size, ratio = size_and_ratio(rays)
         r = rays.places.radius
@@ -100,7 +108,7 @@ class MovingBall:
             return Passes(
                 sky=rays.sky,
                 time=rays.time,
-                time_deficit=(aims.wanted - rays.arrival - apart.delay) / apart.rate,
+                time_deficit=(aims.arrival - rays.arrival - apart.delay) / apart.rate,
                 place=self._lengthened((across @ rays.offset[:, :, None])[:, :, 0], apart.distance),
                 by_sky=across @ rays.columns,
                 by_time=-(across @ rays.velocity[:, :, None])[:, :, 0],
@@ -115,8 +123,8 @@ class MovingBall:
         least = (_MIDDLE * self.size) ** 2
         return place * np.sqrt((distance**2 + least) / ((place**2).sum(axis=1) + least))[:, None]
 
-    def _beside(self, aims: RayAims) -> Arrivals:
-        """Rays looked at where they pass the ball: those that graze its sphere come to that far away."""
+    def _closest_rays(self, aims: RayAims) -> Arrivals:
+        """Rays at their closest approach to the ball, which is far from it for rays that graze the source's sphere."""
         rays = self.source.arrivals(aims.sky, aims.time, aims.second)
         near, radius = rays.closest_approach
         radius, second = radius * rays.places.radius, aims.second.copy()
@@ -130,7 +138,7 @@ class MovingBall:
         for leaf in (aims.second[far], ~aims.second[far]):
             start = aim
             for step in range(_MOST_STEPS):
-                # No further than needed: where a ray turns back its derivatives grow without limit.
+                # As few steps as possible: derivatives diverge at the turning point of a ray.
                 away = (step < _STEPS) | ~(best <= enough)
                 if not away.any():
                     break
@@ -152,7 +160,8 @@ class MovingBall:
     ) -> tuple[Passes, Bool[Array, " n"]]:
         """Rays made to pass the ball at places, and True for those that do.
 
-        ahead: in place of xi_n, N.ahead is made the second part of the aim; limb: in place of xi_t, |xi| the first.
+        ahead: if given, the second part of the aim is N.ahead instead of xi_n.
+        limb: if True, the first part is |xi| instead of xi_t.
         """
         now, good = self.passes(aims), np.zeros(len(aims), bool)
         for _ in range(_NEWTON):
@@ -173,7 +182,9 @@ class MovingBall:
             if still.all():
                 break
             step[still] = 0.0
-            now = self.passes(aims.at(along_sky(now.sky, step), now.time + np.where(still, 0.0, now.time_deficit)))
+            now = self.passes(
+                aims.with_directions(along_sky(now.sky, step), now.time + np.where(still, 0.0, now.time_deficit))
+            )
         return now, good
 
     def sliced_light(self, starts: RayAims) -> "list[SlicedImage | None]":
@@ -189,7 +200,7 @@ class MovingBall:
         return self._slice_light(starts, spines)
 
     def _spines(self, starts: RayAims, here: Passes, good: Bool[Array, " n"]) -> "list[Passes | None]":
-        """The spines from tip to tip; of no rows where the ball's image does not come to the start."""
+        """The spines from tip to tip; None if lost, without rows if the ball's image does not reach the start."""
         n = len(starts)
         walker = np.concatenate([np.arange(n), np.arange(n)])
         sense = np.repeat([1.0, -1.0], n)
@@ -197,8 +208,8 @@ class MovingBall:
         ahead = now.spine * sense[:, None]
         tracks = [[i] for i in range(2 * n)]
         first = _FIRST * self.size / np.maximum(now.steepest, 1e-300)
-        step, ended = first.copy(), now.left(ahead, self.size) <= 0
-        # A tip lies beyond one step, and within another; what is left at both.
+        step, ended = first.copy(), now.remaining_part(ahead, self.size) <= 0
+        # Steps that bracket a tip, and the parts of the ball's radius squared that remain at both.
         low, high = np.zeros(2 * n), np.full(2 * n, np.inf)
         left_low, left_high = np.ones(2 * n), np.full(2 * n, np.nan)
         failed = ~good[walker]
@@ -208,8 +219,8 @@ class MovingBall:
                 break
             at, way, aims = now[active], ahead[active], starts[walker[active]]
             near = np.isfinite(high[active])
-            h = np.where(near, _between(*(x[active] for x in (low, high, left_low, left_high))), step[active])
-            trial, left, turned, gone, room = self._ahead(aims, at, way, h)
+            h = np.where(near, _secant_steps(*(x[active] for x in (low, high, left_low, left_high))), step[active])
+            trial, left, turned, gone, room = self._spine_steps(aims, at, way, h)
             beyond, within = left <= 0, left > 0
             high[active[beyond]], left_high[active[beyond]] = h[beyond], left[beyond]
             low[active[near & within]], left_low[active[near & within]] = h[near & within], left[near & within]
@@ -236,22 +247,22 @@ class MovingBall:
             for i in range(n)
         ]
 
-    def _ahead(
+    def _spine_steps(
         self, aims: RayAims, at: Passes, way: Float[Array, "n 3"], step: Float[Array, " n"]
     ) -> tuple[Passes, Array, Array, Array, Array]:
-        """Places a step further on spines.
+        """Places a step further on spines, and quantities there.
 
-        And what is left to the tip there, NaN where it is not known; the direction of the spine; by how much xi_n
-        changed, and by how much it may, in radii of the ball.
+        The remaining part to the tip, NaN where it is unknown; the direction of the spine; the change of xi_n and its
+        limit, both in radii of the ball.
         """
         aim = np.stack([np.zeros(len(step)), (at.sky * way).sum(axis=1) + step], axis=-1)
-        trial, fine = self.rays_through(aims.at(at.sky + step[:, None] * way, at.time), aim, way)
+        trial, fine = self.rays_through(aims.with_directions(at.sky + step[:, None] * way, at.time), aim, way)
         with np.errstate(invalid="ignore", divide="ignore"):
             turned = trial.spine * np.where((trial.spine * way).sum(axis=1) < 0, -1.0, 1.0)[:, None]
             fine &= (turned * way).sum(axis=1) > _STRAIGHT
             gone = np.abs(trial.place[:, 1] - at.place[:, 1]) / self.size
             room = np.maximum(_FAR * (1 - np.abs(at.place[:, 1]) / self.size), _LEAST_FAR)
-        return trial, np.where(fine, trial.left(way, self.size), np.nan), turned, gone, room
+        return trial, np.where(fine, trial.remaining_part(way, self.size), np.nan), turned, gone, room
 
     def _slice_light(self, starts: RayAims, spines: "list[Passes | None]") -> "list[SlicedImage | None]":
         """The light of the slices along spines."""
@@ -260,14 +271,14 @@ class MovingBall:
         if not cut:
             return images
         row, e, p, weight, sky, time = _slices([spine for _, spine in cut])
-        aims = starts[np.array([k for k, _ in cut])[row]].at(sky, time)
+        aims = starts[np.array([k for k, _ in cut])[row]].with_directions(sky, time)
         middle, good = self.rays_through(aims, np.stack([np.zeros(len(p)), p], axis=-1), e)
-        _, width, shift, side = middle.crossed(e, self.size)
+        _, width, shift, side = middle.slices(e, self.size)
         linear = width / np.sqrt(1 - p**2) * middle.light
         sides, sure = [], good.copy()
         for sense in (-0.5, 0.5):
             sky = middle.sky + (shift + sense * width)[:, None] * side
-            start = aims.at(sky / lengths(sky)[:, None], middle.time)
+            start = aims.with_directions(sky / lengths(sky)[:, None], middle.time)
             edge, fine = self.rays_through(start, np.stack([np.full(len(p), self.size), p], axis=-1), e, limb=True)
             sides.append(edge)
             sure &= fine
@@ -287,10 +298,10 @@ class MovingBall:
         return images
 
 
-def _between(
+def _secant_steps(
     low: Float[Array, " n"], high: Float[Array, " n"], left_low: Float[Array, " n"], left_high: Float[Array, " n"]
 ) -> Float[Array, " n"]:
-    """Steps between two, where nothing is left: by the secant, and not too close to either."""
+    """Steps to tips between two steps, by the secant and not too close to either."""
     with np.errstate(invalid="ignore"):
         return low + np.clip(left_low / (left_low - left_high), 0.1, 0.9) * (high - low)
 
@@ -302,7 +313,7 @@ def _slices(spines: list[Passes]) -> tuple[Array, Array, Array, Array, Array, Ar
     which = np.repeat(np.arange(len(spines)), [len(spine) - 1 for spine in spines])
     chord = second.sky - first.sky
     size = lengths(chord)
-    # One direction for a whole spine where it is straight enough, else one between neighbours.
+    # A nearly straight spine has one direction; others have one between each two neighbours.
     whole = np.array([spine.sky[-1] - spine.sky[0] for spine in spines])
     whole /= lengths(whole)[:, None]
     own = (chord * whole[which]).sum(axis=1) < _LEAST_COSINE * size
@@ -312,14 +323,14 @@ def _slices(spines: list[Passes]) -> tuple[Array, Array, Array, Array, Array, Ar
     begins = np.concatenate([[True], which[1:] != which[:-1]])
     stops = np.concatenate([which[1:] != which[:-1], [True]])
     node = _NODES + 0.5
-    # At a tip widths go by the root of the way to it.
+    # Next to a tip widths are proportional to the square root of the distance from it.
     x = np.where(begins[:, None], node**2, np.where(stops[:, None], 1 - (1 - node) ** 2, node))
     weight = _WEIGHTS * np.where(begins[:, None], 2 * node, np.where(stops[:, None], 2 * (1 - node), 1.0))
     panel = np.repeat(np.arange(len(which)), len(node))
     x, weight = x.ravel(), weight.ravel() * (high - low)[panel]
     sign = [np.sign((place.spine * chord).sum(axis=1))[:, None] * size[:, None] for place in (first, second)]
     way = Cubics(first.sky, chord, first.spine * sign[0], second.spine * sign[1])
-    sky = way[panel].at(x)
+    sky = way[panel].points(x)
     time = first.time[panel] + x * (second.time - first.time)[panel]
     p = low[panel] + x * (high - low)[panel]
     return which[panel], ahead[panel], p, weight, sky / lengths(sky)[:, None], time

@@ -1,6 +1,7 @@
 """Steps on the sky that bend with the shadow edge, along which images of higher index lie in thin layers.
 
-Near the edge a direction is held by its position angle and its part of the distance of the edge, elsewhere by itself.
+The coordinates of a direction are its position angle and its part of the edge's distance near the edge, and the unit
+vector itself elsewhere.
 """
 
 import numpy as np
@@ -35,23 +36,23 @@ def bent_way(chart: Chart, first: Float[Array, "n 3"], second: Float[Array, "n 3
 def carried(
     chart: Chart, sky: Float[Array, "n 3"], step: Float[Array, "n 3"], to: Float[Array, "n 3"]
 ) -> Float[Array, "n 3"]:
-    """Tangents at directions, as tangents at others: beside the edge with the same turn and part."""
+    """Tangents at directions, carried to other directions; near the edge with the same rates of angle and part."""
     bent = chart.drift(to, chart.polar_rate(sky, step))
     return np.where(_both_near(*_polar_way(chart, sky, to))[:, None], bent, step)
 
 
-def between(
+def directions_on_cubics(
     chart: Chart,
     ends: tuple[Float[Array, "n 3"], Float[Array, "n 3"]],
     slopes: tuple[Float[Array, "n 3"], Float[Array, "n 3"]],
     part: Float[Array, " n"],
 ) -> Float[Array, "n 3"]:
-    """Directions on curves of third order between ends with given slopes, at parts 0 to 1 of the way."""
+    """Directions at parts 0 to 1 of cubic curves between ends with given slopes."""
     (first, second), (rise, fall) = ends, slopes
-    flat = Cubics(first, second - first, rise, fall).at(part)
+    flat = Cubics(first, second - first, rise, fall).points(part)
     flat = flat / lengths(flat)[:, None]
     start, step = _polar_way(chart, first, second)
-    place = Cubics(start, step, chart.polar_rate(first, rise), chart.polar_rate(second, fall)).at(part)
+    place = Cubics(start, step, chart.polar_rate(first, rise), chart.polar_rate(second, fall)).points(part)
     bends = _both_near(start, step) & (place[:, 1] > 0)
     place[~bends] = start[~bends]
     return np.where(bends[:, None], chart.from_polar(place), flat)

@@ -24,19 +24,19 @@ def body_light_curve(
     orbit: Orbit,
     times: Float[Array, " t"],
     curves: ImageCurves,
-    wanted: list[Array],
+    branch_times: list[Array],
     point_images: list[SeenImages],
     ball: BallShares | None,
     size: float,
 ) -> LightCurve:
     """The light curve, from the images at their times."""
     sky = source.searched
-    kept = [k for k, which in enumerate(wanted) if len(which) or (ball is not None and ball.flux[k].any())]
+    kept = [k for k, which in enumerate(branch_times) if len(which) or (ball is not None and ball.flux[k].any())]
 
     def table(value: Callable[[SeenImages], Array], empty: float, *shape: int) -> Array:
         rows = np.full((len(kept), len(times), *shape), empty)
         for row, k in enumerate(kept):
-            rows[row, wanted[k]] = value(point_images[k])
+            rows[row, branch_times[k]] = value(point_images[k])
         return rows
 
     shares, off = table(lambda s: s.flux, 0.0), table(lambda s: s.error, 0.0)
@@ -46,10 +46,10 @@ def body_light_curve(
     )
     if ball is not None:
         shares, off = ball.flux[kept], ball.error[kept]
-        there = np.isfinite(ball.sky[kept, :, 0])
-        places[there] = sky.to_viewer(ball.sky[kept][there])
+        visible = np.isfinite(ball.sky[kept, :, 0])
+        places[visible] = sky.to_viewer(ball.sky[kept][visible])
     remarks = _remarks(source, curves, point_images, ball)
-    # Without any image nothing is known but that all of them are missing.
+    # If no image was found, the flux is unknown unless there are no doubts.
     flux = shares.sum(axis=0) if kept or not remarks else np.full(len(times), math.nan)
     centroid, centroid_error = _centroid(shares, off, np.nan_to_num(places), np.nan_to_num(sky_error), flux)
     return LightCurve(
@@ -91,7 +91,7 @@ def _centroid(
 def _remarks(
     source: Source, curves: ImageCurves, point_images: list[SeenImages], ball: BallShares | None
 ) -> tuple[str, ...]:
-    """Remarks on what is in doubt."""
+    """Remarks, one for each doubt."""
     remarks = [*curves.remarks, *(() if ball is None else ball.remarks)]
     unknown = max((source.motion.errors(s.emitted).place.max(initial=0.0) for s in point_images), default=0.0)
     if unknown > UNSTABLE:
@@ -103,7 +103,7 @@ def _remarks(
 
 
 def _on_orbit(orbit: Orbit, spin: float, size: float) -> dict[str, Any]:
-    """What a light curve says of the source and its orbit."""
+    """The fields of a light curve that describe the source and its orbit."""
     period = math.nan if orbit.period is None else orbit.period(spin)
     about = {"orbit": orbit.words, "radius": orbit.radius, "period": period}
     return {**about, "source": "ball" if size else "point", "size": size, "motion": "", "power": 4.0}
@@ -129,6 +129,6 @@ def _event(source: Source, turn: Turn) -> SourceEvent:
         theta=theta,
         phi=phi,
         sky=sky.to_viewer(point.sky)[0],
-        error=turn.error * float(point.rate[0]) + float((rays.beams.time_error + rays.orbit_errors.late)[0]),
+        error=turn.error * float(point.rate[0]) + float((rays.beams.time_error + rays.orbit_errors.delay)[0]),
         sky_error=float(sky.errors(point.sky, np.array([turn.sky_error]))[0]),
     )

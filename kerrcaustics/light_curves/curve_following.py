@@ -1,7 +1,7 @@
 """Image curves: the images of a moving source, followed along it, through folds where two of them meet.
 
-Images are curves in (N, t), direction and emission time (arrivals.py). They are followed by their arc length: so the
-places where the emission time turns back along them, where a pair of images appears or vanishes, are like all others.
+Images are curves in (N, t), direction and emission time (arrivals.py). Their parameter is the arc length, so that folds
+are regular points: the emission time has an extreme there, and a pair of images appears or vanishes.
 """
 
 from dataclasses import dataclass
@@ -31,17 +31,17 @@ _BEYOND = 0.03
 _MOST_STEPS = 400
 # Newton steps to the curve.
 _NEWTON = 5
-# A correction longer than this part of a step requires a shorter step.
+# Longest Newton correction, as a part of the step: a longer one requires a shorter step.
 _LONG_CORRECTION = 0.3
-# A direction that turns by a cosine below this requires a shorter step.
+# Least cosine of the turn of the curve in a step: a smaller one requires a shorter step.
 _STRAIGHT = 0.95
 # Distance at which a ray may miss the source, over the radius.
 _CLOSE = 1e-11
-# The same in errors of the ray.
+# The same distance in errors of the ray.
 _ERRORS = 4.0
 # Steps of the search for a fold.
 _BISECTIONS = 40
-# The part of the time in the direction of the curve that is left at a fold.
+# Component of the curve's direction along time below which a point is a fold.
 _LEVEL = 1e-11
 
 
@@ -75,12 +75,12 @@ class CurvePoints(Rows):
     along_time: Float[Array, " n"]
 
     @classmethod
-    def at(
+    def from_rays(
         cls, rays: Arrivals, longest: Float[Array, " n"] | float, toward: "CurvePoints | Float[Array, ' n']"
     ) -> "CurvePoints":
         """Points where rays arrive at the source.
 
-        longest: of a step in time; toward: points that they continue, or signs of the change of time along them.
+        longest: longest step in time, GM/c^3; toward: the points before these, or signs of the change of time.
         """
         metric = _metric(rays)
         moment = 1 / np.maximum(lengths(rays.by_time), 1 / longest)
@@ -115,11 +115,11 @@ class CurvePoints(Rows):
         self, chart: Chart, sky: Float[Array, "n 3"], metric: Float[Array, "n 2 2"], moment: Float[Array, " n"]
     ) -> Float[Array, "n 3"]:
         """The directions of the curve here, in the units of a metric at other directions."""
-        return _measured(metric, moment, sky, carried(chart, self.sky, self.along, sky), self.along_time)
+        return _metric_steps(metric, moment, sky, carried(chart, self.sky, self.along, sky), self.along_time)
 
 
 def _metric(rays: Arrivals) -> Float[Array, "n 2 2"]:
-    """The metric of steps on the sky: their length at the source, and their part of the way to the hole."""
+    """The metric of steps on the sky, from their lengths at the source and their parts of the distance to the hole."""
     away = lengths(rays.sky + np.array([1.0, 0.0, 0.0]))
     square = np.swapaxes(rays.by_sky, 1, 2) @ rays.by_sky
     square = square + (1 / np.maximum(away, 1e-12) ** 2)[:, None, None] * np.eye(2)
@@ -127,7 +127,7 @@ def _metric(rays: Arrivals) -> Float[Array, "n 2 2"]:
     return np.swapaxes(np.linalg.cholesky(square), 1, 2)
 
 
-def _measured(
+def _metric_steps(
     metric: Float[Array, "n 2 2"],
     moment: Float[Array, " n"],
     sky: Float[Array, "n 3"],
@@ -142,7 +142,11 @@ def _measured(
 
 @dataclass(frozen=True)
 class FollowedCurve:
-    """A path along a curve from one moment of the source, to the same or another one. landed: it reached one."""
+    """A part of a curve that begins at a moment of the source.
+
+    points: Points along it.
+    landed: True if it ends at the same moment or at another one.
+    """
 
     points: CurvePoints
     landed: bool
@@ -151,7 +155,7 @@ class FollowedCurve:
 def follow(
     source: Source, start: CurvePoints, low: Float[Array, " n"], high: Float[Array, " n"]
 ) -> list[FollowedCurve]:
-    """Follow curves from points at the time `low` or `high`, the way they point, until they reach either again."""
+    """Follow curves from points at the time `low` or `high`, in their direction, until they reach `low` or `high`."""
     n, gap = len(start), high - low
     now = record = start
     tracks = [[i] for i in range(n)]
@@ -159,7 +163,7 @@ def follow(
     active, landed = np.arange(n), np.zeros(n, bool)
     for _ in range(_MOST_STEPS):
         here = now[active]
-        # Beyond the turning point of its ray an image arrives the other way: it is looked for well beyond.
+        # Beyond the turning point of its ray an image is one by the other arrival: the next step leads well beyond.
         h = np.where(toward_second[active], np.clip(4 * step[active], _BEYOND, _LONGEST), step[active])
         ahead = here.time + h * here.along_time
         bound = np.where(here.along_time > 0, high[active], low[active])
@@ -167,7 +171,7 @@ def follow(
         with np.errstate(divide="ignore", invalid="ignore"):
             reach = np.where(lands, (bound - here.time) / here.along_time, h)
         trial, good = _stepped(source, here, reach, lands, here.second ^ toward_second[active], gap[active])
-        # A curve may turn back before it lands; a point beyond the bound is no part of the curve.
+        # The time may have an extreme before a curve reaches the bound; points beyond the bound are rejected.
         good &= lands | ((trial.time > low[active]) & (trial.time < high[active]))
         taken = active[good]
         first = len(record)
@@ -222,9 +226,9 @@ def _stepped(
         if (close | bad).all():
             break
     with np.errstate(invalid="ignore", divide="ignore"):
-        trial = CurvePoints.at(rays, gap, here)
+        trial = CurvePoints.from_rays(rays, gap, here)
         before = here.seen_from(source.chart, trial.sky, trial.metric, trial.moment)
-        after = _measured(trial.metric, trial.moment, trial.sky, trial.along, trial.along_time)
+        after = _metric_steps(trial.metric, trial.moment, trial.sky, trial.along, trial.along_time)
         straight = (before * after).sum(axis=1) > _STRAIGHT * lengths(before) * lengths(after)
         folds = trial.along_time * here.along_time < 0
         index = np.where(folds, np.abs(trial.index - here.index) == 1, trial.index == here.index)
@@ -251,11 +255,11 @@ def turning_points(
 ) -> tuple[CurvePoints, Float[Array, " n"], Float[Array, " n"]]:
     """The folds between neighbours on a curve: points, errors of their emission times, errors of their directions.
 
-    There the time turns back, so that an error of the direction along the curve changes it in the second order.
+    The time has an extreme there, so that an error of the direction along the curve changes it in second order.
     """
     chart = source.chart
     way = bent_way(chart, first.sky, second.sky)
-    span = lengths(_measured(first.metric, first.moment, first.sky, way, second.time - first.time))
+    span = lengths(_metric_steps(first.metric, first.moment, first.sky, way, second.time - first.time))
     same = first.seen_from(chart, first.sky, first.metric, first.moment) * second.seen_from(
         chart, first.sky, first.metric, first.moment
     )
@@ -286,10 +290,10 @@ def turning_points(
         bend = np.abs(_time_slope(second) - _time_slope(first)) / span
         miss = rays.beams.error + rays.orbit_errors.place
         off = (rays.beams.diameter_error + miss + np.abs(_time_slope(best))) / bend
-        late = miss / lengths(rays.by_time) + off**2 * bend * best.moment
-    return best, late, off * lengths(best.along)
+        time_error = miss / lengths(rays.by_time) + off**2 * bend * best.moment
+    return best, time_error, off * lengths(best.along)
 
 
 def _time_slope(points: CurvePoints) -> Float[Array, " n"]:
-    """The part of the time in the direction of the curve."""
+    """The component of the curve's direction along time."""
     return points.along_time / points.moment

@@ -7,7 +7,7 @@ import numpy as np
 
 from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.light_curves.arrivals import Source
-from kerrcaustics.light_curves.image_curves import searched
+from kerrcaustics.light_curves.image_curves import images_at_moments
 from kerrcaustics.orbits.motions import BodyMotion
 from kerrcaustics.orbits.orbit import Orbit, checked_places, ending
 from kerrcaustics.shapes import Float
@@ -19,14 +19,14 @@ Array = np.ndarray
 
 # Angle of the source's path between two complete searches, radians.
 _BETWEEN = 0.25
-# Complete searches, at least and at most.
+# Fewest and most complete searches.
 _FEWEST = 6
 _MOST = 400
 # Light of each further index is late by about half of a turn on the photon orbit (GM/c^3).
 _HALF_TURN = 17.0
-# The span of emission times is found to this part of the span of times.
+# Accuracy of the span of emission times, as a part of the span of times.
 _SLACK = 0.05
-# Steps in which it is found.
+# Steps of its search.
 _SHIFTS = 8
 # An orbit comes from the horizon where its radius is below this many horizon radii.
 _LEAVES = 1.05
@@ -44,29 +44,32 @@ def emission_span(
     camera: Viewer, orbit: Orbit, times: Float[Array, " t"], max_index: int, size: float
 ) -> tuple[Source, tuple[float, float]]:
     """The source, and the first and last emission time of the light of all images at times."""
-    start = orbit.about(camera.spin, (orbit.when, orbit.when))
-    there = checked_places(camera.spin, start, np.array([orbit.when]))
-    late, radius = _straight_time(camera, there.vector[0], float(there.radius[0])), float(there.radius[0])
+    start = orbit.motion_about(camera.spin, (orbit.when, orbit.when))
+    start_place = checked_places(camera.spin, start, np.array([orbit.when]))
+    travel_time, radius = (
+        _straight_time(camera, start_place.vector[0], float(start_place.radius[0])),
+        float(start_place.radius[0]),
+    )
     ends = float(times.min()), float(times.max())
     slack = _SLACK * (ends[1] - ends[0]) + 1.0
-    emitted = [ends[0] - late - _HALF_TURN * max_index, ends[1] - late]
+    emitted = [ends[0] - travel_time - _HALF_TURN * max_index, ends[1] - travel_time]
     room = 2 * radius + 2 * _HALF_TURN * (max_index + 1)
     longer = radius + _HALF_TURN
     known = min(*emitted, orbit.when) - room, max(*emitted, orbit.when) + room
-    source = Source(search_sky(camera), orbit.about(camera.spin, known))
+    source = Source(search_sky(camera), orbit.motion_about(camera.spin, known))
     _check_off_axis(camera, source.motion, known, size)
     for end, latest in ((1, False), (0, True)):
         for _ in range(_SHIFTS):
             if not known[0] <= emitted[end] <= known[1]:
                 known = min(emitted[end] - room, known[0]), max(emitted[end] + room, known[1])
-                source = replace(source, motion=orbit.about(camera.spin, known))
-            emitted[end] = _within(source.motion, emitted[end], ends[end], known)
+                source = replace(source, motion=orbit.motion_about(camera.spin, known))
+            emitted[end] = _clipped_to_span(source.motion, emitted[end], ends[end], known)
             arrival = _arrivals(source, emitted[end], max_index)
             if not len(arrival):
                 break
             ahead = ends[end] - (arrival.max() if latest else arrival.min())
-            # All light of the first moment comes before the times, that of images that are gone by then too, which may
-            # take longer ways; and all of the last one after them.
+            # All light of the first moment must arrive before the times, and all of the last moment after them.
+            # Images that have vanished may take longer paths than those found.
             low, high = (longer, longer + slack) if latest else (-slack, 0.0)
             begins = latest and _begins(source, orbit, emitted[end], ends[end], ahead)
             if begins or low <= ahead <= high:
@@ -83,15 +86,15 @@ def emission_span(
 
 
 def _begins(source: Source, orbit: Orbit, emitted: float, time: float, ahead: float) -> bool:
-    """True for an emission time before which no other light is needed: an orbit may not reach further back.
+    """True for an emission time before which no light is needed, as the orbit does not reach further back.
 
-    Of an orbit that comes from the horizon all light of long before arrives at about one time. ahead: by how much all
-    light of the emission time arrives before `time`; ValueError if it does not.
+    All earlier light of an orbit that comes from the horizon arrives at about one time. ahead: time by which all light
+    of the emission time arrives before `time`; ValueError if it arrives later.
     """
-    radius = float(source.motion.at(np.array([emitted])).radius[0])
+    radius = float(source.motion.places(np.array([emitted])).radius[0])
     early = emitted - _LONG_AGO
     near = radius < _LEAVES * kerr.horizon(source.spin)
-    from_horizon = near and orbit.about(source.spin, (early, emitted)).span[0] > early
+    from_horizon = near and orbit.motion_about(source.spin, (early, emitted)).span[0] > early
     if from_horizon and ahead < 0:
         raise ValueError(
             f"Argument `orbit` must stay outside the hole within `times`, but the light that arrives at t = {time:.6g} "
@@ -103,7 +106,7 @@ def _begins(source: Source, orbit: Orbit, emitted: float, time: float, ahead: fl
 def _check_off_axis(camera: Viewer, motion: BodyMotion, known: tuple[float, float], size: float) -> None:
     """Raise ValueError for a source that stays where all images but the direct one are rings."""
     ends = max(known[0], motion.span[0]), min(known[1], motion.span[1])
-    places = motion.at(np.linspace(*ends, _CHECKED))
+    places = motion.places(np.linspace(*ends, _CHECKED))
     axis = from_angles(camera.inclination, 0.0)
     symmetric = camera.spin == 0 or math.hypot(axis[0], axis[1]) < _ON_AXIS
     if symmetric and (lengths(np.cross(places.vector, axis)) < _ON_AXIS).all():
@@ -115,8 +118,8 @@ def _check_off_axis(camera: Viewer, motion: BodyMotion, known: tuple[float, floa
         raise ValueError(f"Argument `orbit` must leave the axis through hole and viewer, but stays on it: {seen}.")
 
 
-def _within(motion: BodyMotion, emitted: float, time: float, known: tuple[float, float]) -> float:
-    """An emission time within the span of a motion; ValueError if the light of a time would have left after it."""
+def _clipped_to_span(motion: BodyMotion, emitted: float, time: float, known: tuple[float, float]) -> float:
+    """The emission time, moved into the span of a motion; ValueError if the motion ends before the light leaves."""
     first, last = motion.span
     if emitted > last and last < known[1]:
         raise ValueError(
@@ -136,16 +139,16 @@ def _straight_time(camera: Viewer, vector: Float[Array, " 3"], radius: float) ->
 
 def _arrivals(source: Source, emitted: float, max_index: int) -> Float[Array, " images"]:
     """Arrival times of all images whose light leaves at one time."""
-    images = searched(source, np.array([emitted]), max_index)[0].images
+    images = images_at_moments(source, np.array([emitted]), max_index)[0].images
     if not len(images):
         return np.empty(0)
     return source.arrivals(images.sky, np.full(len(images), emitted), images.second_arrival).arrival
 
 
 def search_moments(motion: BodyMotion, span: tuple[float, float], searches: int | None) -> Float[Array, " n"]:
-    """Emission times of complete searches: evenly along the way."""
+    """Emission times of complete searches, evenly spaced along the path."""
     time = np.linspace(*span, _CHECKED)
-    places = motion.at(time)
+    places = motion.places(time)
     way = lengths(np.diff(places.vector, axis=0)) + np.abs(np.diff(np.log(places.radius)))
     way = np.concatenate([[0.0], np.cumsum(way + 1e-6)])
     count = searches or min(max(math.ceil(way[-1] / _BETWEEN), _FEWEST), _MOST)

@@ -1,9 +1,9 @@
 """The light of a ball's images far from folds: the area within the image of its limb, by Green's theorem.
 
-Rays past places all round the limb go round the image once. Its solid angle is the integral of u x du / 2 about the ray
-past the middle, u being Lambert's coordinates, which keep areas. Only the places of these rays on the sky count, and no
-derivative of them: it does not matter how the axes across the ray turn from ray to ray. g^4 is taken as a polynomial
-of the second degree in u, with its values on the limb and in the middle.
+Rays past places all round the limb surround the image once. Its solid angle is the integral of u x du / 2 about the ray
+past the middle, u being Lambert's equal-area coordinates. It depends on the places of these rays on the sky alone, not
+on derivatives, so that the axes across the ray may turn from ray to ray. g^4 is approximated by a polynomial of the
+second degree in u, with its values on the limb and in the middle.
 """
 
 import math
@@ -18,9 +18,9 @@ from kerrcaustics.spacetime.sphere import tangent_basis
 
 Array = np.ndarray
 
-# Rays past the limb: twice an odd number, as an even one has a highest wave without a slope at its places.
+# Rays past the limb: twice an odd number, as the highest wave on an even number of places has no slope there.
 _RAYS = 14
-# Light of a point that changes by more than this factor over the ball asks for slices.
+# Largest factor by which the light of a point may change over the ball: else slices are needed.
 _EVEN = 1.3
 
 
@@ -34,7 +34,7 @@ def even_light(ball: MovingBall, aims: RayAims) -> tuple[Float[Array, " n"], Flo
     middle, many = ball.passes(aims), aims[np.repeat(np.arange(n), _RAYS)]
     slope = np.repeat(middle.by_sky, _RAYS, axis=0)
     # Begun where the linear map has them.
-    start = many.at(along_sky(many.sky, np.nan_to_num(solutions(slope, limb))), many.time)
+    start = many.with_directions(along_sky(many.sky, np.nan_to_num(solutions(slope, limb))), many.time)
     passes, good = ball.rays_through(start, limb)
     even = good.reshape(n, -1).all(axis=1) & _is_even(middle, passes)
     place = _from_middle(middle, passes, limb)
@@ -79,11 +79,11 @@ def _integral(
 ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
     """The integral of light within curves round the origin, from places on them at equal steps of a parameter.
 
-    And how wrong that is if light has terms of the third degree as large as what the polynomial misses on the curve:
-    they are odd, so that they count only by the part by which what is summed differs from place to place.
+    And its error if light has terms of the third degree as large as the residual of the polynomial on the curve: they
+    are odd, so that they contribute only in proportion to the variation of the integrand along the curve.
 
     linear: the places in coordinates in which the curves are nearly circles of radius 1; middle: the light in the
-    origin. On the way there, at the part s, light is c + s a + s^2 b, and its mean over s ds is c + 2 a / 3 + b / 2.
+    origin. At the part s of the distance from it light is c + s a + s^2 b, with the mean c + 2 a / 3 + b / 2 over s ds.
     """
     count = light.shape[1]
     wave = np.fft.fftfreq(count, 1 / count)

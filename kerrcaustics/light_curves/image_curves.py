@@ -1,8 +1,8 @@
 """All images of a moving source over a span of emission times: branches, each one image while it lives, with events.
 
-At some moments the images are searched for completely, with the certificate of sources at rest: a source in motion is
-seen where one at rest at its place would be. From moment to moment they are followed (curve_following.py), those that
-are not reached backward too, so that the pairs that appear and vanish in between are found with them.
+At some moments all images are searched for, with the certificate of sources at rest: a moving source and one at rest at
+the same place have the same images. Images are followed from each moment to the next (curve_following.py), and those
+that are not reached are followed backward, which finds the pairs that appear and vanish between moments.
 """
 
 import math
@@ -21,8 +21,10 @@ from kerrcaustics.spacetime.sphere import lengths
 
 Array = np.ndarray
 
-# Images that are the same lie so close (radians), or within so many of their errors.
-_SAME, _SAME_ERRORS = 1e-8, 30.0
+# Distance of images below which they count as equal, radians.
+_SAME = 1e-8
+# The same in their errors.
+_SAME_ERRORS = 30.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +47,12 @@ class Turn:
 
 @dataclass(frozen=True)
 class Branch:
-    """An image from its first to its last moment. points: by time; born, dies: its events, None at the span's ends."""
+    """An image from its first to its last moment.
+
+    index: Morse index.
+    points: Points by time.
+    born, dies: Its events, None at the ends of the span.
+    """
 
     index: int
     points: CurvePoints
@@ -55,7 +62,12 @@ class Branch:
 
 @dataclass(frozen=True)
 class ImageCurves:
-    """The images of a moving source. turns: the folds between them; remarks: what is in doubt."""
+    """The images of a moving source.
+
+    branches: The images.
+    turns: The folds between them.
+    remarks: One for each doubt.
+    """
 
     branches: tuple[Branch, ...]
     turns: tuple[Turn, ...]
@@ -71,7 +83,7 @@ class SearchedMoment:
     certified: bool
 
     def which(self, point: CurvePoints) -> int | None:
-        """The number of the image that a curve comes to."""
+        """The number of the image at the end of a curve; None if there is none."""
         away = lengths(self.images.sky - point.sky)
         away[self.images.index != point.index] = math.inf
         if not len(away):
@@ -80,9 +92,9 @@ class SearchedMoment:
         return i if away[i] < _SAME + _SAME_ERRORS * self.images.error[i] else None
 
 
-def searched(source: Source, times: Float[Array, " moments"], max_index: int) -> list[SearchedMoment]:
+def images_at_moments(source: Source, times: Float[Array, " moments"], max_index: int) -> list[SearchedMoment]:
     """All images at some emission times."""
-    places = source.motion.at(times)
+    places = source.motion.places(times)
     angles = places.angles
     # Moments at one radius and theta, as on a circle, take one search together.
     keys = np.round(np.stack([places.radius, angles[:, 0]], axis=-1), 10)
@@ -113,7 +125,7 @@ Key = tuple[str, int, int]
 
 @dataclass(frozen=True)
 class _Link:
-    """A curve between two images of the moments; a key names an image: at which moment, and which."""
+    """A curve between images of two moments; their keys: side, number of the moment, number of the image."""
 
     points: CurvePoints
     start: Key
@@ -123,7 +135,7 @@ class _Link:
 def _started(
     source: Source, moments: list[SearchedMoment], gaps: Int[Array, " n"], numbers: Int[Array, " n"], sense: float
 ) -> list[FollowedCurve]:
-    """Walks in gaps between moments, from images at their beginning, or for negative sense at their end."""
+    """Curves followed in gaps between moments, from images at the start of a gap, or at its end for negative sense."""
     if not len(gaps):
         return []
     at = gaps if sense > 0 else gaps + 1
@@ -132,12 +144,12 @@ def _started(
     second = np.array([moments[j].images.second_arrival[i] for j, i in pairs])
     time = np.array([m.time for m in moments])
     rays = source.arrivals(sky, time[at], second)
-    start = CurvePoints.at(rays, time[gaps + 1] - time[gaps], np.full(len(at), sense))
+    start = CurvePoints.from_rays(rays, time[gaps + 1] - time[gaps], np.full(len(at), sense))
     return follow(source, start, time[gaps], time[gaps + 1])
 
 
 def _links(source: Source, moments: list[SearchedMoment], max_index: int, remarks: list[str]) -> list[_Link]:
-    """All ways between the moments: forward from all images, then backward from those that were not reached."""
+    """All curves between the moments: forward from all images, then backward from those that were not reached."""
     ways: list[_Link] = []
     reached: set[Key] = set()
     for sense in (1.0, -1.0):
@@ -161,13 +173,13 @@ def _links(source: Source, moments: list[SearchedMoment], max_index: int, remark
                 continue
             last = way.points[-1:]
             middle = (moments[gap].time + moments[gap + 1].time) / 2
-            end, there = (gap + 1, "before") if last.time[0] > middle else (gap, "after")
+            end, end_side = (gap + 1, "before") if last.time[0] > middle else (gap, "after")
             which = moments[end].which(last)
             if which is None and last.index[0] <= max_index:
                 remarks.append(
                     f"an image of index {last.index[0]} comes to t = {moments[end].time:.6g}, and is not found there"
                 )
-            stop = (there, end, -1 - len(ways) if which is None else which)
+            stop = (end_side, end, -1 - len(ways) if which is None else which)
             if which is not None and stop in reached and stop != key:
                 remarks.append(f"two images of index {last.index[0]} come to one at t = {moments[end].time:.6g}")
             reached.add(stop)
@@ -177,7 +189,7 @@ def _links(source: Source, moments: list[SearchedMoment], max_index: int, remark
 
 @dataclass(frozen=True)
 class _BranchPart:
-    """A part of a way between two moments or events, by time; first, last: the image or event at its ends."""
+    """A part of a curve between two moments or events, by time; first, last: the image or event at its ends."""
 
     index: int
     points: CurvePoints
@@ -188,7 +200,7 @@ class _BranchPart:
 
 
 def _pieces(source: Source, ways: list[_Link]) -> tuple[list[_BranchPart], list[Turn]]:
-    """Ways cut at their folds."""
+    """Curves cut at their folds."""
     folds = [
         (w, i)
         for w, way in enumerate(ways)
@@ -200,7 +212,7 @@ def _pieces(source: Source, ways: list[_Link]) -> tuple[list[_BranchPart], list[
         stop = ways[0].points[:0].joined(*[ways[w].points[i + 1 : i + 2] for w, i in folds])
         turning, error, sky_error = turning_points(source, start, stop)
         for k, fold in enumerate(folds):
-            # Before a fold at which images appear time falls.
+            # Time decreases along the curve before a fold at which images appear.
             creates = bool(start.along_time[k] < 0)
             order = int(max(start.index[k], stop.index[k]))
             turns[fold] = Turn(turning[k : k + 1], order, creates, float(error[k]), float(sky_error[k]))
@@ -232,7 +244,7 @@ def _ordered(
 
 
 def _oriented_in_time(points: CurvePoints) -> CurvePoints:
-    """The points with directions along growing time; at a fold as its neighbour has it."""
+    """The points with directions along growing time; at a fold the sense of its neighbour."""
     sense = np.where(points.along_time < 0, -1.0, 1.0)
     if len(points) > 1:
         for end, beside in ((0, 1), (-1, -2)):

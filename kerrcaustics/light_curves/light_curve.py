@@ -11,7 +11,7 @@ from kerrcaustics.light_curves.ball_light import ball_shares
 from kerrcaustics.light_curves.balls import MovingBall
 from kerrcaustics.light_curves.body_light import body_light_curve
 from kerrcaustics.light_curves.emission_span import emission_span, search_moments
-from kerrcaustics.light_curves.image_curves import image_curves, searched
+from kerrcaustics.light_curves.image_curves import image_curves, images_at_moments
 from kerrcaustics.light_curves.results import LightCurve
 from kerrcaustics.light_curves.seen_images import seen_images
 from kerrcaustics.light_curves.sources import Ball, Spot
@@ -26,9 +26,9 @@ from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
 
-# Highest Morse index, if nothing is said.
+# Highest Morse index by default.
 _HIGHEST = 2
-# Kinds of sources by name: what each is if nothing else is said.
+# Kinds of sources by name, with their default properties.
 _KINDS: dict[str, type[Ball | Spot] | None] = {"point": None, "ball": Ball, "spot": Spot}
 
 
@@ -172,12 +172,12 @@ def _light_of_orbit(
 ) -> LightCurve:
     """The light curve of a point, or of a ball; searches: moments at which all images are searched for."""
     source, span = emission_span(camera, orbit, times, highest, size)
-    moments = searched(source, search_moments(source.motion, span, searches), highest)
+    moments = images_at_moments(source, search_moments(source.motion, span, searches), highest)
     curves = image_curves(source, moments, highest)
-    wanted = [_within_life(branch.points.arrival, times) for branch in curves.branches]
-    point_images = seen_images(source, list(curves.branches), [times[which] for which in wanted])
-    ball = ball_shares(MovingBall(source, size, highest), curves, times, wanted, point_images) if size else None
-    return body_light_curve(source, orbit, times, curves, wanted, point_images, ball, size)
+    branch_times = [_within_life(branch.points.arrival, times) for branch in curves.branches]
+    point_images = seen_images(source, list(curves.branches), [times[which] for which in branch_times])
+    ball = ball_shares(MovingBall(source, size, highest), curves, times, branch_times, point_images) if size else None
+    return body_light_curve(source, orbit, times, curves, branch_times, point_images, ball, size)
 
 
 def _within_life(arrival: Float[Array, " points"], times: Float[Array, " t"]) -> Array:

@@ -1,6 +1,6 @@
-"""The images of a moving source at times of the viewer: each found on its branch, with its light.
+"""The images of a moving source at times of the viewer: their places on the branches, and their light.
 
-The flux of a source of luminosity 1 that shines alike to all sides in its own frame is
+The flux of a source of luminosity 1 that is isotropic in its own frame is
 
     F = g^4 / (4 pi sqrt(R) |det J|),
 
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kerrcaustics.light_curves.arrivals import Arrivals, Source, solutions
-from kerrcaustics.light_curves.bent_steps import bent_way, between
+from kerrcaustics.light_curves.bent_steps import bent_way, directions_on_cubics
 from kerrcaustics.light_curves.curve_following import CurvePoints
 from kerrcaustics.light_curves.image_curves import Branch
 from kerrcaustics.orbits.orbit import clock_rates
@@ -25,11 +25,13 @@ from kerrcaustics.spacetime.sphere import lengths
 
 Array = np.ndarray
 
-# Steps to a place on a cubic, and Newton steps to the image itself.
-_HALVINGS, _STEPS = 50, 8
-# Distance at which a ray may miss the source, in its errors.
+# Bisections for a place on a cubic.
+_HALVINGS = 50
+# Newton steps to the image.
+_STEPS = 8
+# Distance at which a ray may miss the source, in errors of the ray.
 _ERRORS = 3.0
-# The same, at least, over the radius.
+# The least such distance, over the radius.
 _CLOSE = 1e-13
 # The longest step, as a part of the distance between the points on both sides.
 _FARTHEST = 0.5
@@ -69,13 +71,13 @@ def seen_images(source: Source, branches: list[Branch], times: list[Float[Array,
         return []
     starts = [_on_curve(source, branch.points, time) for branch, time in zip(branches, times, strict=True)]
     sky, emitted, second, room = (np.concatenate([start[i] for start in starts]) for i in range(4))
-    wanted = np.concatenate(times)
-    rays, done = _solved(source, source.arrivals(sky, emitted, second), wanted, room)
+    arrival = np.concatenate(times)
+    rays, done = _solved(source, source.arrivals(sky, emitted, second), arrival, room)
     if not done.all():
-        # Beside the turning point of its ray an image may be there by the other arrival.
+        # Next to the turning point of its ray an image may belong to the other arrival.
         rest = np.flatnonzero(~done)
         second_images = source.arrivals(sky[rest], emitted[rest], ~second[rest])
-        second_images, converged = _solved(source, second_images, wanted[rest], room[rest])
+        second_images, converged = _solved(source, second_images, arrival[rest], room[rest])
         sky, emitted, second = rays.sky.copy(), rays.time.copy(), rays.second.copy()
         for mine, theirs in ((sky, second_images.sky), (emitted, second_images.time), (second, second_images.second)):
             mine[rest[converged]] = theirs[converged]
@@ -91,7 +93,7 @@ def seen_images(source: Source, branches: list[Branch], times: list[Float[Array,
 def _on_curve(
     source: Source, points: CurvePoints, time: Float[Array, " n"]
 ) -> tuple[Float[Array, "n 3"], Float[Array, " n"], Bool[Array, " n"], Float[Array, " n"]]:
-    """Directions, emission times and arrivals by cubics between points; and how far the points are apart, radians."""
+    """Directions, emission times and arrivals by cubics between points, and the distances of the points, radians."""
     i = np.clip(np.searchsorted(points.arrival, time) - 1, 0, len(points) - 2)
     start, stop = points[i], points[i + 1]
     way = lengths(bent_way(source.chart, start.sky, stop.sky))
@@ -110,16 +112,16 @@ def _on_curve(
     low, high, part = np.zeros(len(time)), np.ones(len(time)), np.zeros(len(time))
     for _ in range(_HALVINGS):
         part = (low + high) / 2
-        early = times.at(part)[:, 0] < time
+        early = times.points(part)[:, 0] < time
         low, high = np.where(early, part, low), np.where(early, high, part)
-    emitted = times.at(part)[:, 1]
-    sky = between(source.chart, (start.sky, stop.sky), slopes, part)
+    emitted = times.points(part)[:, 1]
+    sky = directions_on_cubics(source.chart, (start.sky, stop.sky), slopes, part)
     second = np.where(part < 0.5, start.second, stop.second)
     return sky, emitted, second, np.maximum(way, 1e-12)
 
 
 def _span(point: CurvePoints, first: CurvePoints, second: CurvePoints, way: Float[Array, " n"]) -> Float[Array, " n"]:
-    """The length of the way between neighbours in steps of the curve, at one of them."""
+    """The distance between neighbours in steps of the curve, at one of them."""
     return np.sqrt(
         (way**2 + ((second.time - first.time) / point.moment * _per_radian(point)) ** 2)
         / (lengths(point.along) ** 2 + (point.along_time / point.moment * _per_radian(point)) ** 2)
@@ -132,25 +134,25 @@ def _per_radian(point: CurvePoints) -> Float[Array, " n"]:
 
 
 def _solved(
-    source: Source, rays: Arrivals, wanted: Float[Array, " n"], room: Float[Array, " n"]
+    source: Source, rays: Arrivals, arrival: Float[Array, " n"], room: Float[Array, " n"]
 ) -> tuple[Arrivals, Bool[Array, " n"]]:
-    """Rays that come to the source at arrival times, by Newton's method, and where they do."""
-    done = np.zeros(len(wanted), bool)
+    """Rays that meet the source and arrive at given times, by Newton's method; True where they converged."""
+    done = np.zeros(len(arrival), bool)
     for _ in range(_STEPS):
-        rays, done = _newton_step(source, rays, wanted, room)
+        rays, done = _newton_step(source, rays, arrival, room)
         if done.all():
             break
     return rays, done
 
 
 def _newton_step(
-    source: Source, rays: Arrivals, wanted: Float[Array, " n"], room: Float[Array, " n"]
+    source: Source, rays: Arrivals, arrival: Float[Array, " n"], room: Float[Array, " n"]
 ) -> tuple[Arrivals, Bool[Array, " n"]]:
-    """Rays a Newton step closer to the source at arrival times, and where they have come to it before."""
+    """Rays after a Newton step toward the source at arrival times; True where they had converged before it."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        delay = (wanted - rays.arrival) / rays.rate
+        delay = (arrival - rays.arrival) / rays.rate
         off = lengths(rays.miss)
-        timed = np.abs(wanted - rays.arrival) <= 4 * (np.asarray(rays.beams.time_error) + np.spacing(np.abs(wanted)))
+        timed = np.abs(arrival - rays.arrival) <= 4 * (np.asarray(rays.beams.time_error) + np.spacing(np.abs(arrival)))
         done = rays.reach & (off <= _CLOSE + _ERRORS * rays.beams.error) & timed
         target = -rays.miss - rays.by_time * delay[:, None]
         step = solutions(rays.by_sky, target)
@@ -174,7 +176,7 @@ def size_and_ratio(rays: Arrivals) -> tuple[Float[Array, " n"], Float[Array, " n
 def _with_errors(
     rays: Arrivals, rows: Array, branch: Branch, time: Float[Array, " n"], done: Bool[Array, " n"]
 ) -> SeenImages:
-    """The values that are seen of an image, with the errors."""
+    """The observed quantities of an image, with their errors."""
     searched, beams, sky = rays.source.searched, rays.beams, rays.sky[rows]
     plus, minus = beams.delta_plus[rows], np.abs(beams.delta_minus[rows])
     size, ratio = (part[rows] for part in size_and_ratio(rays))

@@ -1,4 +1,4 @@
-"""Sources of light curves that are more than a point: what they are, besides their orbits."""
+"""Sources of light curves that are more than a point: their properties, without their orbits."""
 
 import math
 from dataclasses import KW_ONLY, dataclass

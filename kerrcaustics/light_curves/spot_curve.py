@@ -46,12 +46,12 @@ def spot_light_curve(camera: Viewer, orbit: float, times: ArrayLike | int, sourc
     clock = clock_of(times, spot.period)
     Ring(camera, EquatorialPlane(1)).check()
     crossings = in_steps("crossing", range(1, source.crossings + 1))
-    images = [_seen(camera, spot, crossing, clock, points) for crossing in crossings]
+    images = [_crossing_light(camera, spot, crossing, clock, points) for crossing in crossings]
     fine, coarse = (np.stack([image.received[i] for image in images]) for i in (0, 1))
     all_light, shares = fine.sum(axis=0), fine[..., 0]
     flux, (mean, coarse_mean) = shares.sum(axis=0), (_means(part) for part in (fine, coarse))
     centroid, coarse_centroid = _means(all_light).sky, _means(coarse.sum(axis=0)).sky
-    late_error = np.array([image.late_error for image in images])[:, None]
+    travel_time_error = np.array([image.travel_time_error for image in images])[:, None]
     remarks = tuple(f"crossing {n}: {remark}" for n, image in enumerate(images, 1) for remark in image.remarks)
     events = (event for image in images for event in image.events)
     return LightCurve(
@@ -69,8 +69,8 @@ def spot_light_curve(camera: Viewer, orbit: float, times: ArrayLike | int, sourc
         index=np.full(len(images), -1),
         crossing=np.arange(1, len(images) + 1),
         shares=shares,
-        emission_time=clock - mean.late,
-        emission_time_error=_doubt(np.abs(mean.late - coarse_mean.late)) + late_error,
+        emission_time=clock - mean.travel_time,
+        emission_time_error=_doubt(np.abs(mean.travel_time - coarse_mean.travel_time)) + travel_time_error,
         redshift=mean.redshift,
         sky=mean.sky,
         sky_error=_place_error(mean.sky, coarse_mean.sky),
@@ -103,16 +103,24 @@ def clock_of(times: ArrayLike | int, period: float) -> Float[Array, " t"]:
 
 
 class _Image(NamedTuple):
-    """Light by a crossing: sums (times, columns) with all points and with half of them, and what else is known."""
+    """Light by one crossing.
+
+    received: Sums over light (times, columns) with all points, and with half of them.
+    travel_time_error: Largest error of travel times, GM/c^3.
+    events: Folds of the image.
+    remarks: One for each doubt.
+    """
 
     received: tuple[Array, Array]
-    late_error: float
+    travel_time_error: float
     events: list[SpotEvent]
     remarks: tuple[str, ...]
 
 
-def _seen(viewer: Viewer, spot: CirclingSpot, crossing: int, clock: Float[Array, " t"], points: int) -> _Image:
-    """The light of one crossing at times: of an image that could not be followed NaN."""
+def _crossing_light(
+    viewer: Viewer, spot: CirclingSpot, crossing: int, clock: Float[Array, " t"], points: int
+) -> _Image:
+    """The light of one crossing at times; NaN if its image could not be followed."""
     lens_map = LensMap(viewer, EquatorialPlane(crossing, spot.motion))
     arcs = circle_image(viewer, crossing, spot.radius)
     image = None if arcs.distance is None else orbit_image(lens_map, arcs, spot, points)
@@ -122,13 +130,13 @@ def _seen(viewer: Viewer, spot: CirclingSpot, crossing: int, clock: Float[Array,
         return _Image((unknown, unknown), math.nan, [], arcs.remarks or ("parts of the image could not be found",))
     curves = (splined_curve(image, spot, step) for step in (1, 2))
     full, half = (received_light(curve, spot.orbital, clock, spot.size / spot.radius) / spot.radius for curve in curves)
-    return _Image((full, half), float(image.late_error.max()), _events(lens_map, arcs, spot), arcs.remarks)
+    return _Image((full, half), float(image.travel_time_error.max()), _events(lens_map, arcs, spot), arcs.remarks)
 
 
 def _doubt(change: Float[Array, "*batch times"], scale: Array | float = 1.0) -> Float[Array, "*batch times"]:
-    """Errors of what changes so much with half of the points: pieces of a curve leave a third of it, splines less.
+    """Errors from the change with half of the points: that of pieces of a curve leaves a third of it, of splines less.
 
-    At some times it is small by chance, so that the mean over all times, relative to a scale, is added.
+    The change is small by chance at some times, so that its mean over all times, relative to a scale, is added.
     """
     mean = np.nanmean(change, axis=-1, keepdims=True) if np.isfinite(change).any(axis=-1).all() else np.nan
     return change + scale * mean / np.mean(scale)
@@ -138,12 +146,12 @@ class _Means(NamedTuple):
     """Means over light; NaN without light.
 
     sky: place on the sky (..., axes), a direction as a unit vector.
-    late: travel time, GM/c^3.
+    travel_time: travel time, GM/c^3.
     redshift: frequency ratio.
     """
 
     sky: Array
-    late: Array
+    travel_time: Array
     redshift: Array
 
 

@@ -25,7 +25,7 @@ _PIECES = 16
 _DEVIATIONS = 7
 # Longest distance of two points of an image in phase, radians.
 _LONGEST = 0.03
-# Most lines across the image of an orbit, and most rounds of dividing.
+# Most lines across the image of an orbit; most rounds of division.
 _MOST_LINES = 20_000
 _ROUNDS = 6
 
@@ -53,8 +53,8 @@ class OrbitImage(Rows):
     search_sky: direction N on the search sky.
     sky: place on the viewer's sky.
     azimuth: of the point of the orbit, radians.
-    late: travel time, GM/c^3.
-    late_error: its error.
+    travel_time: travel time, GM/c^3.
+    travel_time_error: its error.
     redshift: frequency ratio g.
     light: g^power times solid angle, for a unit of radius and a radian along the curve on the search sky.
     """
@@ -63,16 +63,21 @@ class OrbitImage(Rows):
     search_sky: Float[Array, "points 3"]
     sky: Float[Array, "points axes"]
     azimuth: Float[Array, " points"]
-    late: Float[Array, " points"]
-    late_error: Float[Array, " points"]
+    travel_time: Float[Array, " points"]
+    travel_time_error: Float[Array, " points"]
     redshift: Float[Array, " points"]
     light: Float[Array, " points"]
 
 
 class SplinedCurve(NamedTuple):
-    """An image of the orbit as smooth functions of the edge phase: the place, phi, phi + Omega T, g, light along it.
+    """An image of the orbit as smooth functions of the edge phase.
 
-    winds: what both angles gain with the parameter, in whole turns; it is left out of them.
+    sky: Place on the viewer's sky.
+    azimuth: Azimuth phi less the secular growth, radians.
+    phase: phi + Omega T less the secular growth, radians.
+    redshift: Frequency ratio g.
+    light: Light along the curve.
+    winds: Secular growth of both angles, turns per turn of the edge phase.
     """
 
     sky: Spline
@@ -114,8 +119,8 @@ def _points(
 
 
 def _parts(image: OrbitImage, orbital: float) -> Int[Array, " points"]:
-    """The number of parts into which the ways from each point to the next must be divided."""
-    phase = image.azimuth + orbital * image.late
+    """The number of parts into which each step between neighbouring points must be divided."""
+    phase = image.azimuth + orbital * image.travel_time
     change = np.diff(phase, append=phase[0])
     change -= 2 * math.pi * np.round(change / (2 * math.pi))
     return np.clip(np.ceil(np.abs(change) / _LONGEST), 1, 8).astype(int)
@@ -133,7 +138,7 @@ def splined_curve(image: OrbitImage, spot: CirclingSpot, step: int) -> SplinedCu
 
     azimuth = part.azimuth - winds * part.edge_phase
     along = np.linalg.norm(spline(part.search_sky)(part.edge_phase, 1), axis=-1)
-    phase = spline(azimuth + spot.orbital * part.late)
+    phase = spline(azimuth + spot.orbital * part.travel_time)
     return SplinedCurve(
         spline(part.sky), spline(azimuth), phase, spline(part.redshift), spline(part.light * along), winds
     )
@@ -145,7 +150,7 @@ def received_light(ring: SplinedCurve, orbital: float, time: Array, deviation: f
     The curve is a chain of short pieces on which the phase is linear and the light is the same: each is integrated
     exactly, however long it is compared with the spot.
     """
-    # Light curves of points do not need it.
+    # Imported here as light curves of points do not need SciPy's functions.
     from scipy.special import ndtr
 
     knots = ring.phase.x
@@ -154,9 +159,9 @@ def received_light(ring: SplinedCurve, orbital: float, time: Array, deviation: f
     )
     phase = ring.phase(edge_phase) + ring.winds * edge_phase
     inside = (edge_phase[1:] + edge_phase[:-1]) / 2
-    late = (ring.phase(inside) - ring.azimuth(inside)) / orbital
+    travel_time = (ring.phase(inside) - ring.azimuth(inside)) / orbital
     light = (ring.light(inside) * np.diff(edge_phase))[:, None] * np.column_stack(
-        [np.ones_like(late), ring.sky(inside), late, ring.redshift(inside)]
+        [np.ones_like(travel_time), ring.sky(inside), travel_time, ring.redshift(inside)]
     )
     middle, half = (phase[1:] + phase[:-1]) / 2, np.maximum(np.abs(np.diff(phase)) / 2, 1e-6 * deviation)
     order = np.argsort(np.mod(middle, 2 * math.pi))

@@ -14,14 +14,14 @@ def best_matches(cost: Float[Array, "n m"]) -> tuple[Int[Array, " pairs"], Int[A
         return rows[:0], columns[:0]
     # Where no two want the same partner, all have the one that they want. That is nearly always so.
     if len(rows) <= len(columns):
-        wanted = cost.argmin(axis=1)
-        if len(np.unique(wanted)) == len(rows):
-            return rows, wanted
+        cheapest = cost.argmin(axis=1)
+        if len(np.unique(cheapest)) == len(rows):
+            return rows, cheapest
     else:
-        wanted = cost.argmin(axis=0)
-        order = np.argsort(wanted)
-        if len(np.unique(wanted)) == len(columns):
-            return wanted[order], columns[order]
+        cheapest = cost.argmin(axis=0)
+        order = np.argsort(cheapest)
+        if len(np.unique(cheapest)) == len(columns):
+            return cheapest[order], columns[order]
     from scipy.optimize import linear_sum_assignment
 
     return linear_sum_assignment(cost)

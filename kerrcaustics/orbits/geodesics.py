@@ -145,9 +145,9 @@ class _Leg:
         before, after, pieces = self.states[step, 8], self.states[step + 1, 8], self._pieces.rows(step)
         part = (time - before) / (after - before)
         for _ in range(_INVERSIONS):
-            there = pieces.states_at(part)
-            t_rate, _ = self.constants.rates(there[0], there[2] ** 2 + there[3] ** 2)
-            part = np.clip(part + (time - there[8]) / (t_rate * pieces.width), 0, 1)
+            state = pieces.states_at(part)
+            t_rate, _ = self.constants.rates(state[0], state[2] ** 2 + state[3] ** 2)
+            part = np.clip(part + (time - state[8]) / (t_rate * pieces.width), 0, 1)
         return pieces.states_at(part)
 
     @cached_property

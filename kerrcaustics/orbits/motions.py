@@ -55,7 +55,7 @@ class BodyMotion(Protocol):
         """First and last time at which it is known."""
         ...
 
-    def at(self, time: Float[Array, " n"]) -> BodyPlaces:
+    def places(self, time: Float[Array, " n"]) -> BodyPlaces:
         """The places at times within the span."""
         ...
 
@@ -75,7 +75,7 @@ class Falling:
         """First and last time at which it is known."""
         return self.geodesic.span
 
-    def at(self, time: Float[Array, " n"]) -> BodyPlaces:
+    def places(self, time: Float[Array, " n"]) -> BodyPlaces:
         """Return the places at times."""
         return BodyPlaces(*self.geodesic.vectors(time))
 
@@ -97,9 +97,9 @@ class Circling:
     start: float
     span: tuple[float, float] = (-math.inf, math.inf)
 
-    def at(self, time: Float[Array, " n"]) -> BodyPlaces:
+    def places(self, time: Float[Array, " n"]) -> BodyPlaces:
         """Return the places at times."""
-        found = self.orbit.at(time - self.start)
+        found = self.orbit.places(time - self.start)
         return BodyPlaces(self.orbit.radius[0] + 0 * time, found.vector, 0 * time, found.rate)
 
     def errors(self, time: Float[Array, " n"]) -> PlaceErrors:
@@ -109,7 +109,7 @@ class Circling:
 
     def place(self, time: float) -> Place:
         """Return the place at a time; over a pole the azimuth jumps by pi."""
-        found = self.at(np.array([time]))
+        found = self.places(np.array([time]))
         (x, y, z), (x_rate, y_rate, z_rate) = found.vector[0].tolist(), found.rate[0].tolist()
         rho = math.hypot(x, y)
         if rho < _ROUNDING:
@@ -173,7 +173,7 @@ class KeplerMotion:
         """First and last time at which it is known."""
         return -math.inf, math.inf
 
-    def at(self, time: Float[Array, " n"]) -> BodyPlaces:
+    def places(self, time: Float[Array, " n"]) -> BodyPlaces:
         """Return the places at times."""
         e, rate = self.eccentricity, self.semi_major_axis**-1.5
         mean = np.remainder(rate * (time - self.time) + math.pi, 2 * math.pi) - math.pi
@@ -222,7 +222,7 @@ class Reported:
         """First and last time at which it is known."""
         return -math.inf, math.inf
 
-    def at(self, time: Float[Array, " n"]) -> BodyPlaces:
+    def places(self, time: Float[Array, " n"]) -> BodyPlaces:
         """Return the places at times."""
         place = self._rows(time)
         step = _STEP * np.maximum(np.abs(place[:, 0]), 1.0) ** 1.5

@@ -7,7 +7,7 @@ from typing import Any, get_args
 
 import numpy as np
 
-from kerrcaustics.choices import ReleaseName, near
+from kerrcaustics.choices import ReleaseName, suggestion
 from kerrcaustics.orbits.geodesics import free_fall
 from kerrcaustics.orbits.motions import BodyMotion, BodyPlaces, Falling, KeplerMotion, Path, Reported, circling
 from kerrcaustics.shapes import Float
@@ -35,7 +35,7 @@ class _Throw:
     velocity: Velocity
     time: float
 
-    def about(self, spin: float, span: tuple[float, float]) -> BodyMotion:
+    def motion_about(self, spin: float, span: tuple[float, float]) -> BodyMotion:
         """Its motion about a hole, over a span of time."""
         if isinstance(self.velocity, str) and self.velocity in CIRCLES:
             return circling(spin, self.radius, self.theta, self.phi, CIRCLES[self.velocity], self.time)
@@ -54,7 +54,7 @@ class _Fixed:
     motion: BodyMotion
     length: float = math.nan
 
-    def about(self, spin: float, span: tuple[float, float]) -> BodyMotion:
+    def motion_about(self, spin: float, span: tuple[float, float]) -> BodyMotion:
         """The motion."""
         return self.motion
 
@@ -95,7 +95,7 @@ class Orbit:
     """
 
     words: str
-    about: Callable[[float, tuple[float, float]], BodyMotion]
+    motion_about: Callable[[float, tuple[float, float]], BodyMotion]
     when: float = 0.0
     period: Callable[[float], float] | None = None
     radius: float = math.nan
@@ -155,10 +155,10 @@ class Orbit:
         elif velocity not in RELEASES:
             raise ValueError(
                 f"Argument `velocity` must be {', '.join(RELEASES)} or three finite numbers, but is "
-                f"{quoted(velocity)}{near(velocity, RELEASES)}"
+                f"{quoted(velocity)}{suggestion(velocity, RELEASES)}"
             )
         throw = _Throw(**place, velocity=velocity, time=when)
-        return cls(_words("geodesic", {**place, "velocity": velocity, "time": when}), throw.about, when)
+        return cls(_words("geodesic", {**place, "velocity": velocity, "time": when}), throw.motion_about, when)
 
     @classmethod
     def kepler(
@@ -214,7 +214,7 @@ class Orbit:
         if not 0 <= elements["inclination"] <= math.pi:
             raise ValueError(f"Argument `inclination` must lie in [0, pi] radians, but is {quoted(inclination)}.")
         ellipse = _Fixed(KeplerMotion(**elements), 2 * math.pi * elements["semi_major_axis"] ** 1.5)
-        return cls(_words("kepler", elements), ellipse.about, elements["time"], ellipse.period)
+        return cls(_words("kepler", elements), ellipse.motion_about, elements["time"], ellipse.period)
 
     @classmethod
     def function(cls, path: Path) -> "Orbit":
@@ -234,7 +234,7 @@ class Orbit:
         """
         if not callable(path):
             raise ValueError(f"Argument `path` must be a function of the time, but is {quoted(path)}.")
-        return cls(f"function {getattr(path, '__name__', type(path).__name__)}", _Fixed(Reported(path)).about)
+        return cls(f"function {getattr(path, '__name__', type(path).__name__)}", _Fixed(Reported(path)).motion_about)
 
 
 def orbit_of(name: str, value: object) -> Orbit:
@@ -286,7 +286,7 @@ def checked_places(spin: float, motion: BodyMotion, time: Float[Array, " n"]) ->
     if (time < first).any() or (time > last).any():
         limit = first if (time < first).any() else last
         raise ValueError(f"Argument `orbit` must stay outside the hole within `times`, but {ending(motion, limit)}.")
-    places = motion.at(time)
+    places = motion.places(time)
     inside = np.flatnonzero(~(places.radius > kerr.horizon(spin)))
     if len(inside):
         raise ValueError(

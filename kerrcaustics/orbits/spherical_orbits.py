@@ -155,7 +155,7 @@ class SphericalOrbits:
         some.__dict__["_spectra"] = self._spectra[:, which]
         return some
 
-    def at(self, time: ArrayLike) -> OrbitPlace:
+    def places(self, time: ArrayLike) -> OrbitPlace:
         """Their places at coordinate times (n,)."""
         chi = self._angle(np.asarray(time, float))
         t_rate, turn = self._slopes(chi)
@@ -223,10 +223,10 @@ class SphericalOrbits:
 
     def _angle(self, time: Array) -> Array:
         """The angle chi at times, by Newton's method."""
-        wanted = time + self._series(0, self.phase)
-        chi = wanted / self._spectra[0, :, 0]
+        target = time + self._series(0, self.phase)
+        chi = target / self._spectra[0, :, 0]
         for _ in range(_NEWTON):
-            step = (wanted - self._series(0, chi)) / self._slopes(chi)[0]
+            step = (target - self._series(0, chi)) / self._slopes(chi)[0]
             chi = chi + step
             if not (np.abs(step) > 1e-15 * np.maximum(np.abs(chi), 1)).any():
                 break

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from kerrcaustics.report.study_records import StudyRecord, write_text
-from kerrcaustics.report.tables import Table
+from kerrcaustics.report.tables import ReportTable
 
 # The first studies, with their titles; the others follow by name.
 _FIRST = {"accuracy": "Error against run time", "stability": "Stability"}
@@ -107,7 +107,7 @@ def _runs(records: list[StudyRecord], machines: list[str]) -> str:
         took = "not recorded" if one.seconds is None else _duration(one.seconds)
         whole = (text.replace(" ", "\u00a0") for text in (date, took))
         rows.append([one.name, *whole, one.version, _letter(one, machines), _flat(one.settings)])
-    table = Table(heads, rows, [False] * len(heads))
+    table = ReportTable(heads, rows, [False] * len(heads))
     lines = "".join(f"<p>Machine {chr(65 + i)}: {html.escape(text)}.</p>\n" for i, text in enumerate(machines))
     return f"<h3>What was run</h3>\n{_table(table)}{lines}"
 
@@ -124,7 +124,7 @@ def _section(record: StudyRecord, marks: list[str]) -> str:
         _image(record.picture, f"{_title(record.name)}: {headline or 'picture of the study'}"),
         *(f'<p class="method">{_prose(text)}</p>\n' for text in about),
         _verdicts(record.content.get("problems") or []),
-        *(_table(part) if isinstance(part, Table) else f"<p>{html.escape(part)}</p>\n" for part in record.tables),
+        *(_table(part) if isinstance(part, ReportTable) else f"<p>{html.escape(part)}</p>\n" for part in record.tables),
     ]
     return "".join(parts) + "</section>\n"
 
@@ -159,12 +159,12 @@ def _verdicts(problems: list[dict[str, Any]]) -> str:
     counts = Counter((row["engine"], row["verdict"]) for row in problems)
     engines = list(dict.fromkeys(row["engine"] for row in problems))
     rows = [[engine, *(str(counts[engine, verdict]) for verdict in verdicts)] for engine in engines]
-    summary = Table(["engine", *verdicts], rows, [False, *[True] * len(verdicts)])
+    summary = ReportTable(["engine", *verdicts], rows, [False, *[True] * len(verdicts)])
     failing = [row for row in problems if row["faults"]]
     if not failing:
         return f"<h3>Verdicts</h3>\n{_table(summary)}<p>Nothing fails.</p>\n"
     faults = [[_problem(row), row["engine"], row["verdict"], "; ".join(map(str, row["faults"]))] for row in failing]
-    listed = Table(["problem", "engine", "verdict", "what does not hold"], faults, [False] * 4)
+    listed = ReportTable(["problem", "engine", "verdict", "what does not hold"], faults, [False] * 4)
     return f"<h3>Verdicts</h3>\n{_table(summary)}<h3>What fails</h3>\n{_table(listed)}<h3>All problems</h3>\n"
 
 
@@ -172,7 +172,7 @@ def _problem(row: dict[str, Any]) -> str:
     return f"{row['group']}: {row['problem']}" if row.get("group") else row["problem"]
 
 
-def _table(table: Table) -> str:
+def _table(table: ReportTable) -> str:
     """A table that scrolls where it does not fit."""
     caption = f"<h3>{html.escape(table.caption)}</h3>\n" if table.caption else ""
     heads = _line(table.heads, table, "th")
@@ -181,7 +181,7 @@ def _table(table: Table) -> str:
     return f'{caption}<div class="table" tabindex="0">{inner}</div>\n'
 
 
-def _line(cells: list[str], table: Table, tag: str) -> str:
+def _line(cells: list[str], table: ReportTable, tag: str) -> str:
     parts = []
     for cell, right in zip(cells, table.to_right, strict=True):
         classes = " ".join(filter(None, ("right" if right else "", _VERDICTS.get(cell, ""))))

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kerrcaustics.report.machine import machine
-from kerrcaustics.report.tables import Table, read_tables
+from kerrcaustics.report.tables import ReportTable, read_tables
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -42,7 +42,7 @@ class StudyRecord:
     findings: tuple[str, ...]
     content: dict[str, Any]
     picture: bytes
-    tables: list[Table | str]
+    tables: list[ReportTable | str]
 
 
 def write_record(path: Path, name: str, about: str, **content: Any) -> Path:
@@ -173,7 +173,7 @@ def _picture(path: Path) -> bytes:
     return data
 
 
-def _tables(path: Path) -> list[Table | str]:
+def _tables(path: Path) -> list[ReportTable | str]:
     if not path.is_file():
         raise _damaged(path, "is missing: the tables of the study")
     try:

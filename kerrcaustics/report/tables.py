@@ -11,7 +11,7 @@ _WORDS = ("engine", "verdict")
 
 
 @dataclass(frozen=True)
-class Table:
+class ReportTable:
     """Heads and rows of cells; `to_right` is True for each column of numbers, set to the right."""
 
     heads: list[str]
@@ -39,7 +39,7 @@ def text_table(heads: list[str], rows: list[list[str]]) -> str:
     return "".join("  ".join(line).rstrip() + "\n" for line in lines)
 
 
-def read_tables(text: str) -> list[Table | str]:
+def read_tables(text: str) -> list[ReportTable | str]:
     """Tables and, as plain text, paragraphs; a bold line or a comment above a table is its caption.
 
     Raises
@@ -47,7 +47,7 @@ def read_tables(text: str) -> list[Table | str]:
     ValueError
         If the lines of a table have different numbers of cells.
     """
-    parts: list[Table | str] = []
+    parts: list[ReportTable | str] = []
     caption = ""
     for block in _blocks(text):
         named = _BOLD.fullmatch(block[0]) or _COMMENT.fullmatch(block[0])
@@ -77,8 +77,8 @@ def _kind(line: str) -> str:
     return "" if not line else line if _COMMENT.fullmatch(line) else "table" if line[0] == "|" else "text"
 
 
-def _table(lines: list[str], caption: str) -> Table:
+def _table(lines: list[str], caption: str) -> ReportTable:
     rows = [[cell.strip() for cell in line[1:-1].split("|")] for line in lines]
     if len(rows) < 2 or any(len(row) != len(rows[0]) for row in rows) or not all(line.endswith("|") for line in lines):
         raise ValueError(f"the table that begins with {lines[0][:60]!r} is not whole")
-    return Table(rows[0], rows[2:], [mark.endswith(":") for mark in rows[1]], caption)
+    return ReportTable(rows[0], rows[2:], [mark.endswith(":") for mark in rows[1]], caption)

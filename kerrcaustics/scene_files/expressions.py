@@ -9,7 +9,7 @@ from graphlib import CycleError, TopologicalSorter
 from operator import methodcaller
 from typing import NamedTuple
 
-from kerrcaustics.choices import near
+from kerrcaustics.choices import suggestion
 from kerrcaustics.scene_files.validation import SceneError
 
 _LONGEST = 2000
@@ -178,7 +178,7 @@ def check_names(formulas: Iterable[Formula], named: dict[str, Formula], variable
     defined = {"t", *named, *variables}
     for expression in (*named.values(), *formulas):
         for name in sorted(expression.names - defined):
-            end = near(name, defined)
+            end = suggestion(name, defined)
             raise SceneError(f"{expression.entry} must use names that are defined, but {name} is not{end}")
     try:
         TopologicalSorter({name: sorted(f.names & named.keys()) for name, f in named.items()}).prepare()

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from kerrcaustics.choices import either, near
+from kerrcaustics.choices import either, suggestion
 from kerrcaustics.scene_files import matter_tables
 from kerrcaustics.scene_files.camera_motion import PLACE_NAMES
 from kerrcaustics.scene_files.cameras import CameraPath
@@ -123,7 +123,9 @@ def _formulas(table: matter_tables.VolumeTable) -> list[Formula]:
     if table.motion not in VOLUME_MOTIONS:
         if table.motion.strip().isidentifier():
             must = f"be {either([*VOLUME_MOTIONS, 'an expression of r and theta'])}"
-            raise SceneError(f"volume.motion must {must}, but is {table.motion}{near(table.motion, VOLUME_MOTIONS)}")
+            raise SceneError(
+                f"volume.motion must {must}, but is {table.motion}{suggestion(table.motion, VOLUME_MOTIONS)}"
+            )
         entries.append(("volume.motion", table.motion))
     expressions = [formula(entry, value) for entry, value in entries if isinstance(value, str)]
     for expression in expressions:

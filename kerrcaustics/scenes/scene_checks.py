@@ -9,7 +9,7 @@ import numpy as np
 
 from kerrcaustics.choices import Quality
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import apart, left_out, one_of, quoted, real_array, real_number
+from kerrcaustics.spacetime.checks import differing_digits, left_out, one_of, quoted, real_array, real_number
 
 # Dark light may lie this far below 0 by rounding, as a part of the brightest.
 _ROUND_OFF = 1e-6
@@ -132,5 +132,5 @@ def check_above_horizon(inner: float, spin: float) -> None:
     """Raise ValueError for an inner rim within the horizon of a hole."""
     horizon = kerr.horizon(spin)
     if not inner > horizon:
-        shown, least = apart(inner, horizon)
+        shown, least = differing_digits(inner, horizon)
         raise ValueError(f"Argument `inner` must be larger than the horizon radius {least}, but is {shown}.")

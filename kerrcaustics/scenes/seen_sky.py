@@ -23,7 +23,7 @@ from kerrcaustics.scenes.sky_light import Parts, frequency_ratios
 from kerrcaustics.scenes.sky_map import TOLERANCE, sky_map, slopes
 from kerrcaustics.shapes import Bool, Float, Float32, Int
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import apart, quoted, real_number
+from kerrcaustics.spacetime.checks import differing_digits, quoted, real_number
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -77,7 +77,7 @@ def sky_end(viewer: Viewer, radius: float, rim: float = 0.0) -> Spherical:
     }
     what, least = max(within.items(), key=lambda one: one[1])
     if not number > least:
-        shown, limit = apart(number, least)
+        shown, limit = differing_digits(number, least)
         shown = quoted(radius) if math.isnan(number) else shown
         raise ValueError(f"Argument `sky_radius` must be larger than {what}, {limit}, but is {shown}.")
     return Sphere(number)

@@ -5,10 +5,10 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, ClassVar, get_args
 
-from kerrcaustics.choices import VelocityName, near
+from kerrcaustics.choices import VelocityName, suggestion
 from kerrcaustics.results.declared import derived, quantity, result
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import apart, instance_of, quoted, real_number, refuse_traced
+from kerrcaustics.spacetime.checks import differing_digits, instance_of, quoted, real_number, refuse_traced
 from kerrcaustics.spacetime.frame import Frame
 from kerrcaustics.spacetime.viewer import Vector, Viewer, check_place, finite_number, frame_at
 
@@ -78,7 +78,7 @@ class Camera(Viewer):
         elif self.velocity not in VELOCITY_NAMES:
             raise ValueError(
                 "Argument `velocity` must be circular, fiducial, static or a vector (v_r, v_theta, v_phi), "
-                f"but is {quoted(self.velocity)}{self._retrograde() or near(self.velocity, VELOCITY_NAMES)}"
+                f"but is {quoted(self.velocity)}{self._retrograde() or suggestion(self.velocity, VELOCITY_NAMES)}"
             )
         if self.velocity in _CLOCKS:
             _CLOCKS[self.velocity](self)
@@ -154,7 +154,7 @@ def _static_slowness(camera: Camera) -> float:
     """(dtau / dt)^2 at rest; a ValueError if nothing can be at rest there."""
     slowness = kerr.static_slowness(camera.spin, camera.radius, camera.cos_theta)
     if not slowness > 0:
-        value, limit = apart(camera.radius, kerr.ergosphere(camera.spin, camera.cos_theta))
+        value, limit = differing_digits(camera.radius, kerr.ergosphere(camera.spin, camera.cos_theta))
         raise ValueError(
             f"Argument `velocity` must not be static at or inside the ergosphere (radius {value} is not above {limit})."
         )
@@ -169,7 +169,7 @@ def _circular_slowness(camera: Camera) -> float:
             f"(inclination {math.degrees(camera.inclination):.12g} degrees is not 90)."
         )
     if not kerr.has_circular_orbit(camera.spin, camera.radius):
-        value, limit = apart(camera.radius, kerr.photon_orbits(camera.spin)[0])
+        value, limit = differing_digits(camera.radius, kerr.photon_orbits(camera.spin)[0])
         raise ValueError(
             "Argument `velocity` must not be circular at or inside the photon orbit "
             f"(radius {value} is not above {limit})."

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from kerrcaustics.choices import near
+from kerrcaustics.choices import suggestion
 
 # Characters of a value in a message.
 _LONGEST = 80
@@ -46,7 +46,7 @@ def if_degrees(angle: Any, most: float = math.pi) -> str:
     return f" ({degrees:.12g} degrees are {math.radians(degrees):.6g} radians)."
 
 
-def apart(value: float, limit: float) -> tuple[str, str]:
+def differing_digits(value: float, limit: float) -> tuple[str, str]:
     """A number and the limit that it violates as texts, with enough digits to differ."""
     texts = f"{value:.12g}", f"{limit:.12g}"
     return texts if texts[0] != texts[1] or value == limit else (repr(float(value)), repr(float(limit)))
@@ -57,7 +57,7 @@ def one_of(name: str, value: Any, choices: Iterable[str]) -> None:
     choices = list(choices)
     if not isinstance(value, str) or value not in choices:
         raise ValueError(
-            f"Argument `{name}` must be one of {', '.join(choices)}, but is {quoted(value)}{near(value, choices)}"
+            f"Argument `{name}` must be one of {', '.join(choices)}, but is {quoted(value)}{suggestion(value, choices)}"
         )
 
 

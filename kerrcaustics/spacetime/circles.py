@@ -28,7 +28,7 @@ class Circle:
         return cls(theta, np.eye(3))
 
     @classmethod
-    def about(cls, centre: Float[Array, " 3"], angle: float) -> "Circle":
+    def from_centre(cls, centre: Float[Array, " 3"], angle: float) -> "Circle":
         """The circle at an angle from a centre, a unit vector."""
         return cls(angle, np.stack([*polar_basis(centre), centre]))
 

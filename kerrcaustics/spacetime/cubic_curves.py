@@ -19,7 +19,7 @@ class Cubics(Rows):
     rate_0: Float[Array, "links axes"]
     rate_1: Float[Array, "links axes"]
 
-    def at(self, part: Float[Array, " links"]) -> Float[Array, "links axes"]:
+    def points(self, part: Float[Array, " links"]) -> Float[Array, "links axes"]:
         """Places at parts of the links."""
         t = part[:, None]
         bend = t * (1 - t)

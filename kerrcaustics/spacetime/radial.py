@@ -279,7 +279,7 @@ def mino_time_to(frame: Frame, photon: Photon, quartic: Quartic, radius: Reals, 
     start = outer_start(frame, photon, quartic)
     a1 = start[1]
     a2 = jnp.where(rising, 1.0, -1.0) * jnp.sqrt(jnp.maximum(outer_square(quartic, start, r2), 0))
-    triple, scale = between(quartic, (r1, b1, a1), (r2, b2, a2))
+    triple, scale = carlson_arguments(quartic, (r1, b1, a1), (r2, b2, a2))
     return 2 * scale * elliptic.carlson(triple).first
 
 
@@ -316,7 +316,7 @@ def _from_start(quartic: Quartic, start: tuple[Reals, Reals], radius: Reals) -> 
     return change, above, outer**2 + jnp.abs(change) < above**2 + jnp.abs(quartic.d)
 
 
-def between(
+def carlson_arguments(
     quartic: Quartic, start: tuple[Reals, Reals, Reals], end: tuple[Reals, Reals, Reals]
 ) -> tuple[elliptic.Triple, Reals]:
     """The arguments of an R_F, and a factor: their product is half the Mino time from one radius to another.

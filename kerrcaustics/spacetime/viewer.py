@@ -8,7 +8,7 @@ import numpy as np
 
 from kerrcaustics.results.shown import Shown
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import apart, if_degrees, quoted, real_number
+from kerrcaustics.spacetime.checks import differing_digits, if_degrees, quoted, real_number
 from kerrcaustics.spacetime.frame import Frame
 from kerrcaustics.spacetime.sphere import tangent_basis
 
@@ -111,7 +111,7 @@ def check_place(spin: float, radius: float, inclination: float) -> None:
     if not 0 <= spin < 1:
         raise ValueError(f"Argument `spin` must lie in [0, 1), but is {spin:g}{kerr.if_mirrored(spin)}")
     if not radius > kerr.horizon(spin):
-        value, horizon = apart(radius, kerr.horizon(spin))
+        value, horizon = differing_digits(radius, kerr.horizon(spin))
         raise ValueError(f"Argument `radius` must be larger than the horizon radius {horizon}, but is {value}.")
     if radius > LARGEST_RADIUS:
         raise ValueError(f"Argument `radius` must be at most {LARGEST_RADIUS:g}, but is {radius:g}: {_FARTHER}.")

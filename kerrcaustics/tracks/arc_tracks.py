@@ -1,7 +1,7 @@
 """Tracks of a source that circles in the equatorial plane, at one crossing.
 
-Its images are the places of one closed curve, the image of the circle (circle_arcs.py). Where the azimuth turns back
-along that curve two of them meet: an event. Tracks are the curve, as far as its index is asked for.
+Its images run along one closed curve, the image of the circle (circle_arcs.py). Two images meet at extremes of the
+azimuth along that curve: an event. Tracks are the parts of the curve whose index is requested.
 """
 
 import math

@@ -1,8 +1,8 @@
 """Images of a great circle of the celestial sphere: curves on the camera sky, with a certificate.
 
-The curves are those along which a star's images move while it runs round the circle (level_curves/), cut where they
-meet critical curves. The certificate counts: between two such events as many curves must pass as the star there has
-images, by the winding of the caustics.
+A star that runs round the circle has images that move along these curves (level_curves/), which end on critical curves.
+The certificate is a count: between two such events the number of curves must equal that of the star's images, which
+the winding of the caustics gives.
 """
 
 import math
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.beams.ends import End, Wherever
-from kerrcaustics.choices import near
+from kerrcaustics.choices import suggestion
 from kerrcaustics.images.certificates import certificate_of
 from kerrcaustics.images.sheets import checked_sheets
 from kerrcaustics.lens_map.arguments import checked_place
@@ -170,22 +170,24 @@ def circle_images(
     angles = _checked_normal(normal, camera)
     sheets = checked_sheets(camera, max_index, surface)
     branches = Branches(sheets, camera, Circle.great(*angles))
-    meetings = branches.events
-    events = pair_events_of(camera, surface, meetings)
+    events = branches.events
+    pair_events = pair_events_of(camera, surface, events)
     lens_map = LensMap(camera, surface)
     at = lens_map.light_at(branches.nodes.sky)
-    error = lens_map.errors(branches.nodes.sky, errors_on_sky(branches, at, meetings.error))
+    error = lens_map.errors(branches.nodes.sky, errors_on_sky(branches, at, events.error))
     curves = [_curve(lens_map, chain, branches, at, error) for chain in chains(branches, over_events=False)]
     curves.sort(key=lambda curve: (curve.index, curve.longitude[0]))
-    unsure = (remark for i in np.flatnonzero(~meetings.known) for remark in events[i].remarks)
-    remarks = (*meetings.remarks, *branches.remarks, *unsure)
+    unsure = (remark for i in np.flatnonzero(~events.known) for remark in pair_events[i].remarks)
+    remarks = (*events.remarks, *branches.remarks, *unsure)
     return CircleImages(
         camera=camera,
         surface=surface,
         normal=angles,
         curves=tuple(curves),
         per_index={k: sum(curve.index == k for curve in curves) for k in range(len(sheets.sheets))},
-        events=PairEvents(in_time(e for e in events if e.order <= max_index), camera, surface, not remarks, remarks),
+        events=PairEvents(
+            in_time(e for e in pair_events if e.order <= max_index), camera, surface, not remarks, remarks
+        ),
         certified=not remarks,
         remarks=remarks,
     )
@@ -194,7 +196,7 @@ def circle_images(
 def _curve(lens_map: LensMap, chain: Chain, branches: Branches, light: SeenLight, error: Array) -> CircleCurve:
     """The curve of a chain; light of the nodes, and their errors on the sky."""
     chosen, nodes = chain.nodes, branches.nodes
-    # At both ends lie events, whose nodes do not show on which of the two sheets the curve is.
+    # The nodes at both ends are events and lie on two sheets: inner nodes show the sheet of the curve.
     inner = chosen[nodes.event[chosen] < 0]
     turns = 2 * math.pi * np.ceil((chain.longitude[0] - math.pi) / (2 * math.pi))
     return CircleCurve(
@@ -214,7 +216,7 @@ def _checked_normal(normal: ArrayLike | str, camera: Viewer) -> tuple[float, flo
     if isinstance(normal, str):
         if normal == "galactic plane":
             return GALACTIC_POLE
-        end = near(normal, ["galactic plane"])
+        end = suggestion(normal, ["galactic plane"])
         raise ValueError(
             f"Argument `normal` must be (theta', phi') or \"galactic plane\", but is {quoted(normal)}{end}"
         )

@@ -138,9 +138,9 @@ def _of_events(
     along, given = (to_places @ part[:, : tangents.shape[1]] for part in (at.sky, at.given))
     count = len(sky)
     # Changes of det J and of the first coordinate: none, but for the level itself.
-    wish = np.zeros((count, 2, given.shape[2] + 1))
-    wish[:, 0, :-1], wish[:, 1, :-1], wish[:, 1, -1] = -at.given[:, 4], -given[:, 0], 1.0
-    moved = inverse(np.stack([at.sky[:, 4], along[:, 0]], axis=1)) @ wish
+    target_step = np.zeros((count, 2, given.shape[2] + 1))
+    target_step[:, 0, :-1], target_step[:, 1, :-1], target_step[:, 1, -1] = -at.given[:, 4], -given[:, 0], 1.0
+    moved = inverse(np.stack([at.sky[:, 4], along[:, 0]], axis=1)) @ target_step
     fixed = np.pad(np.stack([given[:, 1], at.given[:, 3]], axis=1), ((0, 0), (0, 0), (0, 1)))
     azimuth, time = np.moveaxis(fixed + np.stack([along[:, 1], at.sky[:, 3]], axis=1) @ moved, 1, 0)
     return azimuth, time

@@ -1,4 +1,4 @@
-"""Pair creation and annihilation: a star, on its way round a circle, crosses a caustic."""
+"""Pair creation and annihilation: a star that runs round a circle crosses a caustic."""
 
 import math
 from collections.abc import Iterable
@@ -57,7 +57,7 @@ class PairEvent(Event):
     remarks: tuple[str, ...] = declared.remarks("remarks on what is unusual or uncertain; otherwise empty")
 
     def __repr__(self) -> str:
-        """Summary in one line: what, which images, when."""
+        """Summary in one line: kind, indices of the images, moment."""
         when = f"longitude {self.longitude:.9g}" if math.isnan(self.moment) else f"time {self.moment:.9g}"
         return f"<PairEvent: {self.kind} of images of index {self.indices} at {when}>"
 
@@ -157,7 +157,7 @@ def when(event: PairEvent) -> float:
 
 
 def arc_events(camera: Viewer, arcs: Arcs, surface: End) -> dict[int, PairEvent]:
-    """The events of a circle in the plane, by the arc that begins there."""
+    """The events of a circle in the plane, by the arc that begins at each."""
     which = np.flatnonzero(arcs.folded)
     folds = arcs.low[which]
     light, error = LensMap(camera, surface).light_at(folds.sky), fold_errors(arcs)

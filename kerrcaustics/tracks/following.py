@@ -27,8 +27,10 @@ from kerrcaustics.spacetime.viewer import Viewer
 Array = np.ndarray
 
 _FEW_STEPS = 20
-# An image that is found again lies so close (radians), or so many of its errors, to one of those searched for.
-_SAME, _SAME_ERRORS = 1e-8, 10.0
+# Distance below which an image that was followed is one of those searched for, radians.
+_SAME = 1e-8
+# The same in errors of the image.
+_SAME_ERRORS = 10.0
 
 
 @result("followed-star/1", record="certified remarks images before followed created annihilated")

@@ -180,7 +180,7 @@ def _images(
 
 
 def _remarks(pieces: int, lost: int) -> tuple[str, ...]:
-    """Remarks about what was found of an image on lines."""
+    """Remarks about missing parts of an image."""
     if not pieces:
         return ("no image was found",)
     said = [f"{lost} of its points on lines could not be found"] if lost else []
@@ -203,7 +203,7 @@ def _curve(
 ) -> Isoradial:
     lens_map = LensMap(viewer, surface)
     seen = lens_map.light_at(points.sky)
-    # What is seen there comes from rays of its own: places on the viewer's sky are rounded.
+    # The light comes from separate rays, as places on the viewer's sky are rounded.
     own = np.abs(np.log(seen.beams.radius / radius)) + seen.beams.error
     residual = np.fmax(points.miss(radius) + points.error, own)
     error = residual / points.gradient + _ROUNDING
@@ -229,7 +229,7 @@ def _curve(
 def _by_radius(lens_map: LensMap, emitter_name: str, points: Crossings) -> Float[Array, " points"]:
     """The size of d ln redshift / d ln r of emitters that photons of points meet; infinite if there are none beside.
 
-    The radius at which a photon of known constants arrives has an error of its own.
+    The radius at which a photon of known constants arrives has a separate error.
     """
     camera, emitter = lens_map.sky.search_camera, EMITTERS[emitter_name]
     photon = photon_of(camera.frame(), tuple(points.sky.T))

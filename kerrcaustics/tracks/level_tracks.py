@@ -49,7 +49,7 @@ def tracks_on(domain: Domain, camera: Viewer, surface: End, level: float, max_in
     """Tracks of a source on a sphere."""
     angular_velocity = camera.orbital_velocity()
     surface.check_apart("level", np.array([[level, 0.0]]), camera)
-    followed, branches, at = _followed(domain, camera, surface, level, max_index)
+    followed, branches, at = _events_and_branches(domain, camera, surface, level, max_index)
     events = pair_events_of(camera, surface, followed, level, angular_velocity)
     uncertain = tuple(r for i in np.flatnonzero(~followed.known) for r in events[i].remarks)
     differ = ("the events that camera and star see are not the same: tracks cannot be joined",)
@@ -86,7 +86,7 @@ def level_curve(camera: Viewer, surface: End, level: float, max_index: int) -> B
 
 
 @singledispatch
-def _followed(
+def _events_and_branches(
     domain: Domain, camera: Viewer, surface: End, level: float, max_index: int
 ) -> tuple[PathEvents, Branches, SeenNodes | None]:
     """Events of a star, its level curve, and that as the camera sees it."""
@@ -99,7 +99,7 @@ def _followed(
     return branches.events, branches, SeenNodes(measured, eastward, nodes.event)
 
 
-@_followed.register
+@_events_and_branches.register
 def _followed_from_star(
     domain: TwoLeaves, camera: Viewer, surface: End, level: float, max_index: int
 ) -> tuple[PathEvents, Branches, SeenNodes | None]:

@@ -31,7 +31,7 @@ _AT_END = 1e-12
 # Step of differences along the line, and longest step of the line's image for which its speed at both ends holds.
 _DIFFERENCE = 1e-6
 _LONGEST = 0.3
-# How much faster the image may run between two nodes than at them.
+# Largest ratio of the image's speed between two nodes to that at the nodes.
 _SAFETY = 2.0
 
 

@@ -28,8 +28,10 @@ from kerrcaustics.spacetime.viewer import Viewer
 Array = np.ndarray
 
 _TURN = 2 * math.pi
-# Newton steps from the place that b and q give; by how much events may differ in longitude, seen from both ends.
-_FEW_STEPS, _SAME = 12, 1e-6
+# Newton steps from the direction that b and q give.
+_FEW_STEPS = 12
+# Largest difference in longitude of one event computed from both ends, radians.
+_SAME = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +41,7 @@ class SeenNodes:
     light: light of each node.
     eastward: True where photons move eastward at the camera.
     events: number of the event that each node is, -1 where it is none.
-    remarks: remarks on what is in doubt.
+    remarks: one for each doubt.
     """
 
     light: MeasuredLight
@@ -57,8 +59,8 @@ def branches_from(camera: Viewer, theta: float, max_index: int, end: Sphere) -> 
         )
     if camera.on_axis:
         raise ValueError("Argument `camera` must not lie on the spin axis for tracks of a star within its radius.")
-    there, sheets = sheets_from(search_camera(camera), theta, max_index, end)
-    return Branches(sheets, there, Circle.about_spin_axis(camera.inclination))
+    star_camera, sheets = sheets_from(search_camera(camera), theta, max_index, end)
+    return Branches(sheets, star_camera, Circle.about_spin_axis(camera.inclination))
 
 
 def seen_from(camera: Viewer, theta: float, branches: Branches, own: PathEvents, end: Sphere) -> SeenNodes | None:
@@ -70,7 +72,7 @@ def seen_from(camera: Viewer, theta: float, branches: Branches, own: PathEvents,
     rest = search_camera(camera)
     place = from_angles(np.full(len(nodes.longitude), theta), nodes.longitude)
     photon = photon_of(branches.sheets.frame, tuple(nodes.sky.T))
-    # Of photons that come in at the star the ways lead on inward, and out again.
+    # Photons that move inward at the star pass a turning point before they reach the camera.
     second_arrival = np.asarray(photon.rate[0]) > 0
     sky = _nearest(rest, np.asarray(photon.b), np.asarray(photon.q), second_arrival, place, end)
     at_event = nodes.event >= 0
@@ -78,10 +80,10 @@ def seen_from(camera: Viewer, theta: float, branches: Branches, own: PathEvents,
     error, lost = np.full(len(sky), np.nan), 0
     for leaf in (False, True):
         on_leaf = np.flatnonzero((second_arrival == leaf) & ~at_event)
-        converged, there, off = find_roots(
+        converged, new_sky, off = find_roots(
             rest, place[on_leaf], nodes.index[on_leaf], sky[on_leaf], _FEW_STEPS, end=replace(end, second_arrival=leaf)
         )
-        sky[on_leaf[converged]], error[on_leaf[converged]] = there, off
+        sky[on_leaf[converged]], error[on_leaf[converged]] = new_sky, off
         lost += len(on_leaf) - len(converged)
     events = which[at_event]
     sky[at_event] = sky_from_line_of_sight(rest.frame(), own.points.line_of_sight[events])

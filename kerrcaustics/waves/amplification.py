@@ -25,7 +25,7 @@ from kerrcaustics.waves.wave_sources import WaveSource
 Array = np.ndarray
 
 LEAST_FREQUENCY, LARGEST_FREQUENCY = 0.05, 1e100
-"""Below the first rays say nothing about waves; beyond the other numbers overflow."""
+"""Ray optics says nothing about waves below the first frequency; numbers overflow above the second."""
 
 METHODS = get_args(WaveMethod)
 

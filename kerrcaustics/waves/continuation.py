@@ -168,11 +168,11 @@ def _continued(
     theta, phi = polar_angle(places), np.arctan2(places[:, 1], places[:, 0])
     beside = []
     for place in zip(theta.tolist(), phi.tolist(), strict=True):
-        there = replace(source, place=place)
-        images = star_images(there.viewer, place, max_index, end=there.surface)
+        moved_source = replace(source, place=place)
+        images = star_images(moved_source.viewer, place, max_index, end=moved_source.surface)
         if any(images.per_index[k] != images.expected[k] for k in (order - 1, order) if k <= max_index):
             return None
-        beside.append(wave_images(there, images))
+        beside.append(wave_images(moved_source, images))
     if len(beside[0].ring(order)) < _MEETING[method]:
         return None
     rings = [meeting_images(waves.ring(order), method) for waves in beside]

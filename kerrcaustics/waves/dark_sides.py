@@ -13,16 +13,15 @@ from kerrcaustics.waves.wave_images import WaveImages
 
 Array = np.ndarray
 
-# Decay of waves beyond a fold, by frequency and the 3/2 power of the distance: of the impact parameters of photon
-# orbits, about.
+# Decay rate of waves beyond a fold, per frequency and distance^(3/2), for the impact parameters of photon orbits.
 _DECAY = 10 / 3
-# Field on a fold by the amplitude of images beside it that are seen, and the sixth root of the frequency.
+# Field on a fold = this x amplitude of the images beside it x omega^(1/6).
 _BESIDE_FOLD = 1.6
-# Error of an image beside a cusp by the inverse of its phase to those that are not there.
+# Error of an image beside a cusp = this x its amplitude / its phase to the images that it would meet.
 _BESIDE_CUSP = 0.4
-# Position angles beside images, radians, at which a caustic is that from which they come.
+# Largest distance in position angle, radians, of images from the part of a caustic that they belong to.
 _BESIDE_IMAGES = 0.3
-# Sizes of a caustic beyond which it is small.
+# Distance from a caustic, in its sizes, beyond which it counts as small.
 _SMALL = 3.0
 
 
@@ -36,10 +35,10 @@ def error_beyond_caustic(
 ) -> Float[Array, " frequencies"]:
     """The error by a caustic beside the star, on the side without images.
 
-    Waves reach the star from beyond a fold, which fall as the Airy function does; on a fold they grow with the sixth
-    root of the frequency. And the image beside a cusp is not alone: its error falls with the phase that it would have
-    to others. A caustic that is much smaller than its distance has none of it, nor has that part of it which the images
-    at the position angles `around` come from, or the stretch next to the star if its images are continued over `reach`.
+    Beyond a fold waves fall as the Airy function does; on a fold they grow with the sixth root of the frequency. The
+    error of the image beside a cusp falls with the phase between it and the images that meet it on the cusp. There is
+    no such error by a caustic much smaller than its distance, by the part that belongs to the images at the position
+    angles `around`, or by the stretch next to the star if its images are continued over `reach`.
     """
     away = _distances(caustic, star)
     if away.min() > _SMALL * float(lengths(caustic.direction - caustic.direction.mean(axis=0)).max()):
@@ -52,7 +51,7 @@ def error_beyond_caustic(
         away = away[np.abs(np.angle(turn / middle)) > spread + _BESIDE_IMAGES]
     if reach is not None:
         away = away[~_beside_star(caustic, star, reach)]
-    return _dark_error(ring, float(away.min(initial=np.inf)), omega)
+    return _error_beyond_fold(ring, float(away.min(initial=np.inf)), omega)
 
 
 def error_beyond_gap(
@@ -66,7 +65,7 @@ def error_beyond_gap(
     if caustic is None or curve.gap is None:
         return np.zeros(len(omega))
     away = _distances(caustic, star)[curve.gap.hides(caustic.edge_phase)]
-    return _dark_error(ring, float(away.min(initial=np.inf)), omega)
+    return _error_beyond_fold(ring, float(away.min(initial=np.inf)), omega)
 
 
 def nearest_is_hidden(curve: NearestCurve, caustic: Points, star: Float[Array, " 3"]) -> bool:
@@ -79,9 +78,9 @@ def nearest_is_hidden(curve: NearestCurve, caustic: Points, star: Float[Array, "
 
 
 def _beside_star(caustic: Points, star: Float[Array, " 3"], reach: float) -> Bool[Array, " points"]:
-    """True for the stretch of a caustic from its nearest point to both sides, until it comes nearer again.
+    """True for the stretch of a caustic on both sides of its nearest point, as far as the distance grows.
 
-    Within the reach it may: at a cusp it does.
+    Within the reach it need not grow: at a cusp it does not.
     """
     away = lengths(caustic.direction - star)
     start, count = int(away.argmin()), len(away)
@@ -105,12 +104,14 @@ def _two_indices(ring: WaveImages) -> tuple[int, int]:
     return int(ring.index.min()), int(ring.index.max())
 
 
-def _dark_error(ring: WaveImages, nearest: float, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
-    """The error of images beside a caustic at some distance that has none there."""
+def _error_beyond_fold(
+    ring: WaveImages, nearest: float, omega: Float[Array, " frequencies"]
+) -> Float[Array, " frequencies"]:
+    """The error by a caustic at a distance from the star, on its side without images."""
     if not len(ring):
         return np.zeros(len(omega))
-    # Next to a fold the amplitudes of its own pair say little, those of the others how bright the ring is; and images
-    # that meet there are as bright as one another.
+    # Next to a fold the amplitudes of its pair diverge; those of the other images give the brightness of the ring, as
+    # images that meet are equally bright.
     clipped = np.minimum(ring.amplitude, max(1.0, float(ring.amplitude.min())))
     bright = math.sqrt(math.prod(np.linalg.norm(clipped[ring.index == n]) for n in _two_indices(ring)))
     phase = _DECAY * omega * nearest**1.5

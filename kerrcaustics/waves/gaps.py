@@ -1,8 +1,8 @@
 """A gap in a ring of lines: where the nearest place jumps from one line to the next, and the integral is faded out.
 
 Functions on the other lines are joined smoothly across the gap, so that their Fourier series converge; the amplitude
-falls to 0 before the joint begins. What the fade costs falls faster than any power of the frequency, as long as there
-is no image in it.
+falls to 0 before the joint begins. The error of the fade falls faster than any power of the frequency, as long as no
+image lies in it.
 """
 
 import math
@@ -17,9 +17,9 @@ Array = np.ndarray
 FADES = (0.8, 0.5, 0.3)
 """Radians over which the amplitude fades, the longest first: the longer, the less is lost."""
 
-# Width of the stretch beside the broken lines that is left out too, radians.
+# Width of the stretch beside the broken lines that the gap includes, radians.
 _BESIDE = 0.05
-# Width of the stretch beside that over which functions are joined, radians.
+# Width of the next stretch, from which functions are continued across the gap, radians.
 _JOINT = 0.3
 # Length of a short fade, in parts of the fade.
 _SHORT = 0.5

@@ -1,4 +1,4 @@
-"""The methods for a group of images beside a critical curve, what each says of its waves, and with which error."""
+"""The methods for a group of images beside a critical curve: the field and its error by each."""
 
 import math
 from collections.abc import Sequence
@@ -23,13 +23,13 @@ Field = tuple[Array, Array]
 
 # Measured ratio of the error of the amplitudes of two images to that of the size of the caustic to its distance.
 _NOT_ROUND = 0.16
-# The size of a caustic by the distance of the star from its middle, at most, with which the error of two images grows.
+# Largest ratio of the caustic's size to the star's distance from its middle in the error of two images.
 _MOST_BENT = 0.7
 # Error of a primary ring with its next phase, times the frequency, in parts of the field.
 _OF_PRIMARY = 0.042
 # Error of other rings and of folds, times the frequency, in parts of the field.
 _OF_RING = 0.06
-# Frequency added in these ratios, as asymptotics of long waves fail by less than 1 / omega.
+# Frequency added in these ratios, as errors of asymptotics grow more slowly than 1 / omega at long waves.
 _LONG_WAVES = 0.1
 # The growth of the error of a ring by the square of its distance from the axis, radians, and by the inverse radius of
 # the viewer, as partial waves show it.
@@ -75,7 +75,7 @@ class ImageGroup:
     continued: ContinuedRing | None
 
     def best(self, omega: Float[Array, " frequencies"], method: str) -> GroupField:
-        """The method with the smallest error at each frequency, or the one that is wanted."""
+        """The method with the smallest error at each frequency, or the requested one."""
         fields = self._fields(omega)
         if method != "auto":
             fields = {name: fields[name] for name in ((method,) if method in fields else ("images",)) if name in fields}
@@ -95,7 +95,7 @@ class ImageGroup:
         return apart + self._beyond_caustic(omega)
 
     def _fields(self, omega: Float[Array, " frequencies"]) -> dict[str, Field]:
-        """The waves and their errors, by each method that there is."""
+        """The waves and their errors, by each applicable method."""
         fields: dict[str, Field] = {}
         share, count = _share(self.order, omega), len(self.ring)
         hidden = self.curve is not None and self.curve.gap is not None
@@ -122,7 +122,7 @@ class ImageGroup:
     ) -> Field:
         """The field by an integral along the nearest curve; images in its gap in pairs."""
         (value, lost), most = curve.field_and_loss(omega), np.sqrt(omega) * curve.brightest
-        # What the images would be without their phases, but on a caustic no more than there can be.
+        # The amplitude of the images without their phases; on a caustic limited to that of the field there.
         size = np.maximum(np.abs(value), np.minimum(most, self._summed_amplitude))
         error = share * curve.off_axis_factor * size + curve.error_of_phase(omega)
         slow = curve.is_slow(omega)
@@ -162,7 +162,7 @@ class ImageGroup:
         return value + more, error + self._beyond_caustic(omega, ring.around[:3])
 
     def _as_images(self, omega: Float[Array, " frequencies"], fields: dict[str, Field]) -> Field:
-        """The sum; next to a caustic, where it grows without limit, with its difference from a field that does not."""
+        """The sum of images; next to a caustic its difference from a finite field is part of the error."""
         value = self.ring.field(omega)
         if not self.near:
             error = summed_error(self.ring, omega) * self._astroid_factor + error_of_images(self.ring, omega)
@@ -190,7 +190,7 @@ class ImageGroup:
         around: Float[Array, " images"] | None = None,
         reach: float | None = None,
     ) -> Float[Array, " frequencies"]:
-        """The error by a caustic beside the star, but for the part that is known: see `error_beyond_caustic`."""
+        """The error by a caustic beside the star, less the part in the field: see `error_beyond_caustic`."""
         if self.caustic is None or not len(self.ring):
             return np.zeros(len(omega))
         return error_beyond_caustic(self.caustic, self.star, self.calm, omega, around, reach)
@@ -224,9 +224,10 @@ class ImageGroup:
     def _astroid_error(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
         """The error of a ring by its field, as its caustic is no point.
 
-        An astroid with cusps at c from its middle is that of a phase omega B c cos(2 psi) / 4 round the ring, B the
-        impact parameter. Two images know its values where they are: what is left falls as 1 / x beside the axis, x the
-        argument of the Bessel function, and is of second order on it. Their amplitudes are not those of a ring.
+        An astroid with cusps at c from its middle belongs to a phase omega B c cos(2 psi) / 4 round the ring, B the
+        impact parameter. The times of two images contain its values there: the remaining error falls as 1 / x beside
+        the axis, x the argument of the Bessel function, and is of second order on it. Their amplitudes differ from
+        those of a ring.
         """
         if self.caustic is None:
             return np.zeros(len(omega))

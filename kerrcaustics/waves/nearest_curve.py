@@ -1,8 +1,8 @@
-"""The curve on the camera sky that sums the waves of a ring of images: on each line, what leads nearest to the star.
+"""The curve on the camera sky that sums the waves of a ring of images: on each line, the ray nearest to the star.
 
-On that curve the field is one integral, sum of A exp(i omega Phi): its stationary places are the images, with their
-times and amplitudes, and it stays finite at folds, cusps and on axial caustics. Along a line position is kept, across
-it momentum (Maslov's mixed representation).
+On that curve the field is one integral of A exp(i omega Phi): its stationary points are the images, with their times
+and amplitudes, and it stays finite at folds, cusps and on axial caustics. The representation is Maslov's mixed one:
+position along lines, momentum across them.
 """
 
 import math
@@ -102,7 +102,7 @@ def _first_smooth(places: Sequence["_NearestPlaces"], gap: Gap) -> list[NearestC
 
 
 def _nearest_places(source: WaveSource, curves: CriticalCurves, order: int, count: int) -> "_NearestPlaces":
-    """The places nearest to the star on so many lines."""
+    """The places nearest to the star on `count` lines."""
     sky = search_sky(source.viewer)
     depth, first, last = _first_depths(sky, source, curves, order, count)
     lines = _RingLines(SearchMap(sky.search_camera, source.surface), edge_phases(count))
@@ -182,7 +182,7 @@ class _NearestPlaces:
         area = lengths(np.cross(turned, here.deeper)) * sky.radian_at_rest(here.sky) ** 2
         with np.errstate(invalid="ignore", divide="ignore"):
             amplitude = source.amplitudes(camera, here.sky, beams, np.abs(pushed) * area / lengths(along))
-        time, late = sky.viewer_time(here.time, here.time_error)
+        time, time_error = sky.viewer_time(here.time, here.time_error)
         phase = time - impact @ source.star
         kept, short = np.ones(len(n), bool), None
         if gap is not None:
@@ -199,8 +199,8 @@ class _NearestPlaces:
             # An image in the fade would be there in part.
             is_smooth = bool(np.abs(rate_of(phase)[gap.fades(self.edge_phase)]).min() > _LEAST_RATE)
         off_axis_factor = 1 + _FAR_OFF * source.nearness * float(self.away[kept].max()) ** 2
-        late = float(late[kept].max())
-        return NearestCurve(self.order, phase, late, amplitude, off_axis_factor, tail, is_smooth, gap, short)
+        time_error = float(time_error[kept].max())
+        return NearestCurve(self.order, phase, time_error, amplitude, off_axis_factor, tail, is_smooth, gap, short)
 
 
 @dataclass(frozen=True, eq=False)

@@ -140,7 +140,7 @@ def diffraction_pattern(
     count = whole_number("pixels", pixels, 2, _MOST_PIXELS)
     places = [*itertools.product(_GRID.tolist(), repeat=2), *_BETWEEN]
     sources = [WaveSource(viewer, SKY, (_on_side(theta, x), _on_side(phi, y))) for x, y in places]
-    # What is left out is known the better, the more indices are.
+    # The error by images that are left out is the more accurate, the more indices are known.
     here, beyond = WaveSource(viewer, SKY, (_on_side(theta, 0.0), _on_side(phi, 0.0))), min(highest + 2, HIGHEST_INDEX)
     waves, sheets = _waves(here, beyond), here.sheets(beyond)
     nearest = _nearest_order(sheets, highest, here.star)
@@ -183,7 +183,7 @@ _FLEETING = "images that come and go within the region at other caustics are lef
 
 
 class _Sum:
-    """The field of all pixels and its error, and by how much it misses the stars between the nodes."""
+    """The field of all pixels, its error, and its differences at the test stars between the nodes."""
 
     def __init__(self, pixels: int) -> None:
         self.shares = values_at(_GRID, np.linspace(-1, 1, pixels))
@@ -306,21 +306,21 @@ def _field(
     few = max(1, _MOST_ENTRIES // count)
     for i, first in itertools.product(range(len(rows)), range(0, len(columns), few)):
         here = columns[first : first + few]
-        bright, late = (here @ np.tensordot(rows[i], part, 1) for part in (amplitude, phase))
-        values[i, first : first + few] = (bright * np.exp(1j * omega * late)).sum(axis=1)
+        bright, mean_phase = (here @ np.tensordot(rows[i], part, 1) for part in (amplitude, phase))
+        values[i, first : first + few] = (bright * np.exp(1j * omega * mean_phase)).sum(axis=1)
     return curves[0].prefactor(omega) * values * (2 * math.pi / count)
 
 
 def _sum_of_images(
     images: list[WaveImages], omega: float, rows: Float[Array, "rows stars"], columns: Float[Array, "columns stars"]
 ) -> Complex[Array, "rows columns"]:
-    """The same of images of one index, each of which all stars have."""
+    """The fields of images of one index that all stars have, interpolated; rows, columns: the weights."""
     amplitude, time = (
         np.array([getattr(part, name) for part in images]).reshape(_STARS, _STARS, -1) for name in ("amplitude", "time")
     )
-    bright, late = (np.einsum("rx,xyi,cy->irc", rows, part, columns) for part in (amplitude, time))
+    bright, mean_time = (np.einsum("rx,xyi,cy->irc", rows, part, columns) for part in (amplitude, time))
     turn = np.exp(-0.5j * math.pi * images[0].index)
-    return np.einsum("i,irc->rc", turn, bright * np.exp(1j * omega * late))
+    return np.einsum("i,irc->rc", turn, bright * np.exp(1j * omega * mean_time))
 
 
 def _waves(source: WaveSource, highest: int) -> WaveImages:

@@ -12,7 +12,7 @@ from kerrcaustics.waves.gaps import Gap
 
 Array = np.ndarray
 
-# By the frequency.
+# Phase of the next term of the prefactor of a primary ring, times the frequency.
 _NEXT_PHASE = 1 / 24
 # Nodes of the sum per radian of the fastest phase.
 _PER_RADIAN = 1.2
@@ -28,9 +28,9 @@ _FINELY = 8
 _SAME_TIME = 1e-3
 # Rate below which a phase is stationary without a change of sign.
 _STILL = 0.02
-# Below it a phase is round-off: on an axis it is constant.
+# Least range of the phase, M: on an axis the phase is constant but for round-off.
 _TINY = 1e-3
-# What is wrong with a wave by its amplitude where nothing is known of its phase.
+# Largest error of a wave in units of its amplitude, for an unknown phase.
 _OPPOSITE = 2.0
 
 
@@ -40,9 +40,9 @@ class NearestCurve:
 
     order: of the critical curve.
     phase: T - B . n_s.
-    phase_error: that of the times, but for what is lost between the lines.
-    amplitude: of the sum.
-    off_axis_factor: by how much its error is larger than on the axis.
+    phase_error: error of the phase on the lines.
+    amplitude: amplitude of the integrand.
+    off_axis_factor: ratio of its error to that on the axis.
     roughness: the last Fourier coefficients over the largest.
     is_smooth: True if it is one curve that every line crosses once, but for lines in the gap.
     gap: lines that are left out.
@@ -79,7 +79,7 @@ class NearestCurve:
         return (_MOST_NODES - _LEAST_NODES) / (_PER_RADIAN * max(self.fastest, np.finfo(float).tiny))
 
     def is_slow(self, omega: Float[Array, " frequencies"]) -> Bool[Array, " frequencies"]:
-        """True for frequencies that need so many nodes that there is no sum."""
+        """True for frequencies above the highest one."""
         return np.abs(omega) > self.highest_frequency
 
     def field(self, omega: Float[Array, " frequencies"]) -> Complex[Array, " frequencies"]:
@@ -89,15 +89,15 @@ class NearestCurve:
     def field_and_loss(
         self, omega: Float[Array, " frequencies"]
     ) -> tuple[Complex[Array, " frequencies"], Float[Array, " frequencies"]]:
-        """The same, and its error by fading out beside the gap: the difference between two lengths of the fade."""
+        """The sum, and its error by the fade beside the gap: the difference between two lengths of the fade."""
         short = self.amplitude if self.short_fade is None else self.short_fade
         value, lost = self._sums(omega, np.stack([self.amplitude, self.amplitude - short]))
         return value, np.abs(lost)
 
     def error_of_phase(self, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
-        """The error of the sum by that of the phase, and by what its Fourier series lacks.
+        """The error of the sum by that of the phase, and by the missing terms of its Fourier series.
 
-        Coefficients fall exponentially: those beyond the last quarter go on as they fell to there.
+        Coefficients fall exponentially: the missing ones are extrapolated from the last quarter.
         """
         lacking = self.roughness ** (4 / 3) * max(float(np.ptp(self.phase)), _TINY)
         off = np.minimum(np.abs(omega) * (self.phase_error + lacking), _OPPOSITE)
@@ -134,8 +134,8 @@ class NearestCurve:
         part = rate[reversals] / (rate[reversals] - after[reversals])
         rise = step * part * (rate[reversals] * (1 - part) ** 2 - after[reversals] * part * (1 - part))
         bend = part**2 * (3 - 2 * part) * (np.roll(phase, -1) - phase)[reversals]
-        there = np.concatenate([phase[reversals] + bend + rise, phase[flat]])
-        return np.abs(there - time[:, None]).min(axis=1, initial=math.inf) < _SAME_TIME
+        stationary = np.concatenate([phase[reversals] + bend + rise, phase[flat]])
+        return np.abs(stationary - time[:, None]).min(axis=1, initial=math.inf) < _SAME_TIME
 
     def prefactor(self, omega: Any) -> Any:
         """The factor before the integral."""

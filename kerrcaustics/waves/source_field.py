@@ -1,4 +1,4 @@
-"""The field of one source at the viewer, by its images and the groups that they form, with what is in doubt of it."""
+"""The field of one source at the viewer, by its images and the groups that they form, with remarks on doubts."""
 
 from dataclasses import dataclass
 
@@ -63,10 +63,10 @@ def _all_but_meeting(sheets: Sheets, images: StarImages, passed: frozenset[int])
 
 def _remarks(waves: WaveImages, omega: Float[Array, " frequencies"]) -> tuple[str, ...]:
     """A remark if frequencies are so high that the phases of images are not known."""
-    late = float(waves.time_error.max(initial=0.0))
-    if not late * float(omega.max()) > 1:
+    time_error = float(waves.time_error.max(initial=0.0))
+    if not time_error * float(omega.max()) > 1:
         return ()
     return (
-        f"travel times of images are known to {late:.1g} M: at frequencies above {1 / late:.1g} the phases of some are "
-        "not, which the error contains; their moduli are `image_amplitude`",
+        f"travel times of images are known to {time_error:.1g} M: at frequencies above {1 / time_error:.1g} the phases "
+        "of some are not, which the error contains; their moduli are `image_amplitude`",
     )

@@ -92,8 +92,8 @@ def field_in_pairs(
             here, off = _pair(pair, omega, share)
             value, error, gap[first] = value + here, error + off, math.inf
     rest = ring[free]
-    torn = error_of_pairs(ring, gap, omega, AT_FOLD)
-    return value + rest.field(omega), error + error_of_images(rest, omega) + torn
+    split_error = error_of_pairs(ring, gap, omega, AT_FOLD)
+    return value + rest.field(omega), error + error_of_images(rest, omega) + split_error
 
 
 def _pair(

@@ -42,7 +42,7 @@ def fold_parameters(time: Float[Array, " 2"], amplitude: Float[Array, " 2"]) -> 
 def fold_field(
     omega: Float[Array, " frequencies"], index: int, parameters: Float[Array, " 4"]
 ) -> tuple[Complex[Array, " frequencies"], Float[Array, " frequencies"]]:
-    """The field beside a fold and about its size, NaN where arguments are too large.
+    """The field beside a fold and its approximate size, NaN where arguments are too large.
 
     index: the lower Morse index. The size is that of both images without their phases, and next to the fold the largest
     value of the Airy function.

@@ -1,4 +1,4 @@
-"""Images as waves: amplitudes, times and Morse indices with their errors, and who lies beside whom round the hole."""
+"""Images as waves: amplitudes, times and Morse indices with their errors, and their order round the hole."""
 
 import math
 from dataclasses import dataclass
@@ -16,9 +16,9 @@ from kerrcaustics.waves.wave_sources import WaveSource
 
 Array = np.ndarray
 
-# What is wrong with a wave by its amplitude where nothing is known of its phase.
+# Largest error of a wave in units of its amplitude, for an unknown phase.
 _OPPOSITE = 2.0
-# Rounding of n', radians, and of times by the radius of the viewer and themselves.
+# Rounding of n', radians, and of times relative to the viewer's radius and to themselves.
 _OF_END, _OF_TIME = 4e-15, 2e-15
 
 
@@ -65,7 +65,7 @@ def wave_images(source: WaveSource, images: StarImages) -> WaveImages:
     beams = SearchMap(camera, source.surface).beams_of_sky(places, index=False, constants=True)
     amplitude = source.amplitudes(viewer, viewer.directions(images.sky), beams, images.magnification)
     line = line_of_sight_from_sky(camera.frame(), places)
-    late = images.time_error
+    time_error = images.time_error
     with np.errstate(invalid="ignore"):
         off = images.redshift_error / images.redshift + images.magnification_error / images.magnification / 2
     return WaveImages(
@@ -74,7 +74,7 @@ def wave_images(source: WaveSource, images: StarImages) -> WaveImages:
         images.time,
         np.arctan2(line[:, 2], line[:, 1]),
         np.where(np.isnan(off), math.inf, amplitude * off),
-        np.where(images.index == 0, np.minimum(late, _direct_time_error(images, beams)), late),
+        np.where(images.index == 0, np.minimum(time_error, _direct_time_error(images, beams)), time_error),
     )
 
 

@@ -35,9 +35,9 @@ class WaveSource:
         viewer, radius = self.viewer, float(self.surface.radius)
         if radius >= viewer.radius:
             return self
-        there = Camera(viewer.spin, radius, self.place[0], "fiducial")
+        source_viewer = Camera(viewer.spin, radius, self.place[0], "fiducial")
         outward = SKY if math.isinf(viewer.radius) else Sphere(viewer.radius)
-        return WaveSource(there, outward, (viewer.inclination, self.place[1]))
+        return WaveSource(source_viewer, outward, (viewer.inclination, self.place[1]))
 
     @property
     def star(self) -> Float[Array, " 3"]:

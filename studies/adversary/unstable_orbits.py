@@ -76,12 +76,12 @@ def _velocity(rng: np.random.Generator, spin: float, radius: float, theta: float
 def fall_claim(release: Release, late: float) -> Claim:
     """The place of a fall a time after its release against the truth."""
     orbit = kc.Orbit.geodesic(release.radius, release.theta, velocity=release.velocity)
-    motion = orbit.about(release.spin, (min(late, 0.0), max(late, 0.0)))
+    motion = orbit.motion_about(release.spin, (min(late, 0.0), max(late, 0.0)))
     name = f"{orbit!r} about a = {release.spin!r} at t = {late!r}"
     error = float(motion.errors(np.array([late]))[0][0])
     true, horizon = true_fall(release, late, _DIGITS), kerr.horizon(release.spin)
     known = motion.span[0] <= late <= motion.span[1]
-    places = motion.at(np.clip([late], *motion.span))
+    places = motion.places(np.clip([late], *motion.span))
     if true is None or not known:
         # The integration ends shortly before the horizon: so what falls in only here, or only there, is off.
         fallen = (math.inf if true is None else horizon / float(true.radius)), horizon / places.radius[0]
@@ -96,11 +96,11 @@ def circle_claim(release: Release, late: float, heading: str) -> Claim | None:
     """The radius of a circular orbit, and its highest latitude, a time later; None where there is none."""
     orbit = kc.Orbit.geodesic(release.radius, release.theta, velocity=heading)
     try:
-        motion = orbit.about(release.spin, (min(late, 0.0), max(late, 0.0)))
+        motion = orbit.motion_about(release.spin, (min(late, 0.0), max(late, 0.0)))
     except ValueError:
         return None
     times = np.linspace(0, late, 7)
-    places = motion.at(times)
+    places = motion.places(times)
     highest = abs(math.cos(release.theta)) if release.theta != math.pi / 2 else 0.0
     beyond = np.maximum(np.abs(places.vector[:, 2]) - highest, 0).max()
     off = np.abs(places.radius / release.radius - 1).max() + beyond

@@ -57,7 +57,7 @@ class Stages:
 @contextmanager
 def watched(clock: Callable[[], float]) -> Iterator[Stages]:
     """The stages of all that this process does within the block, in any thread."""
-    on_rays, followed = Kernel.on_rays, trace.followed
+    on_rays, followed = Kernel.on_rays, trace.ray_ends
     stages = Stages(clock)
 
     def timed(*arguments: Any, **options: Any) -> Any:
@@ -68,9 +68,9 @@ def watched(clock: Callable[[], float]) -> Iterator[Stages]:
         stages.count("beams" if wanted.beams else "rays", len(sky))
         return followed(camera, sky, engine, tolerance, end, wanted, **options)
 
-    Kernel.on_rays, trace.followed = timed, counted
+    Kernel.on_rays, trace.ray_ends = timed, counted
     try:
         yield stages
     finally:
         stages.end()
-        Kernel.on_rays, trace.followed = on_rays, followed
+        Kernel.on_rays, trace.ray_ends = on_rays, followed

@@ -19,7 +19,7 @@ from tests.golden.compare import COSTS, INDEX
 from tests.golden.entries import FILES, entries, save
 
 # The one function through which all requests reach the engines. What it returns has a `status` for each ray.
-COUNTED = "kerrcaustics.beams.trace", "_traced"
+COUNTED = "kerrcaustics.beams.trace", "_trace"
 BEAMS = "Beams"
 # What this room keeps is no answer.
 KERNELS = "kerrcaustics.beams.kernels"

@@ -77,5 +77,5 @@ def _noise(frame: Frame, sky: Components, way: _RayMotion, end: Spherical) -> tu
     else:
         noise, _ = round_off.at_finite_end(frame, sky, photon, fixed, end, travel, way.aim, at, way.phase)
     plain = round_off.ROUNDING * (2 + round_off.PER_PHASE * way.phase) + _OF_SKY / at.rate
-    late = errors.of_time(frame, end, at, noise, noise)[1] + round_off.of_time(frame, travel)
-    return plain, jnp.maximum(noise - plain, 0), late
+    time_noise = errors.of_time(frame, end, at, noise, noise)[1] + round_off.of_time(frame, travel)
+    return plain, jnp.maximum(noise - plain, 0), time_noise

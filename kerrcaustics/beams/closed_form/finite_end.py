@@ -57,7 +57,9 @@ def to_sphere(
     return motion._replace(u=u, rate=-y * _x(roots, u), psi_rate=psi_rate, clearance=jnp.abs(y), holds=is_certain)
 
 
-def after(frame: Frame, photon: Photon, quartic: radial.Quartic, time: Reals, aim: Aim, *, with_time: bool) -> Travel:
+def travel_over_time(
+    frame: Frame, photon: Photon, quartic: radial.Quartic, time: Reals, aim: Aim, *, with_time: bool
+) -> Travel:
     """The motion over a given Mino time."""
     spin = frame.spin
     roots, start = start_of(frame, photon, quartic)
@@ -65,18 +67,18 @@ def after(frame: Frame, photon: Photon, quartic: radial.Quartic, time: Reals, ai
     near, certified = _refined(spin, *jax.lax.stop_gradient((photon, coefficients, roots, start, time)))
     near_u, y = point = _on_curve(roots, near)
     whole = _timed(frame, radial_leg.integrals(spin, roots, start, _place(spin, roots, point), with_time=with_time))
-    late = time - whole.time
+    time_left = time - whole.time
     slope = -y * _x(roots, near_u)
-    u = near_u + jax.lax.stop_gradient(slope) * late
+    u = near_u + jax.lax.stop_gradient(slope) * time_left
     motion = travel(spin, whole, aim.captured)
     psi_rate, clock_rate = _rates_at(spin, photon.b, u)
     rates = jax.lax.stop_gradient((psi_rate, clock_rate))
-    slow = None if motion.clock is None else motion.clock + rates[1] * late
+    slow = None if motion.clock is None else motion.clock + rates[1] * time_left
     arc, clearance = time * jnp.sqrt(photon.k + 3), jnp.sqrt(y**2 + (1 - roots.h * u) ** 2)
-    certified = certified & (jnp.abs(late) * jnp.sqrt(photon.k + 3) < _LATE * clearance) & (arc > _SHORTEST)
+    certified = certified & (jnp.abs(time_left) * jnp.sqrt(photon.k + 3) < _LATE * clearance) & (arc > _SHORTEST)
     return Travel(
         time=time,
-        psi=motion.psi + rates[0] * late,
+        psi=motion.psi + rates[0] * time_left,
         captured=aim.captured,
         clock=slow,
         u=u,
@@ -120,13 +122,13 @@ def _refined(
     point = _on_curve(roots, (u, -w / _x(roots, u)))
     for _ in range(_REFINEMENTS):
         point = _on_curve(roots, point)
-        late = time - radial_leg.mino_time(roots, start, _place(spin, roots, point))
+        time_left = time - radial_leg.mino_time(roots, start, _place(spin, roots, point))
         u, y = point
         x, slope, bend = _x(roots, u), roots.h * (1 - roots.h * u) + roots.d * u, roots.d - roots.h**2
         x_slope = roots.low * roots.next * u - (roots.low + roots.next) / 2
         pull = (a2 + (1.5 * a1 + 2 * a0 * u) * u) * u
-        moved = u + late * (late / 2 * pull - x * y)
-        turned = y + late * (x * slope - late / 2 * y * (x_slope * slope + x * x * bend))
+        moved = u + time_left * (time_left / 2 * pull - x * y)
+        turned = y + time_left * (x * slope - time_left / 2 * y * (x_slope * slope + x * x * bend))
         inside = inside & (moved > 0) & (moved * radial.horizon(spin) < 1)
         point = (jnp.where(inside, moved, photon.position[0]), turned)
     return point, inside

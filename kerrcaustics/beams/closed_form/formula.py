@@ -26,7 +26,7 @@ from kerrcaustics.beams.closed_form import finite_end, round_off, small_k, varia
 from kerrcaustics.beams.closed_form.polar_motion import Polar, Swing, polar_motion, polar_swing, time_to_plane
 from kerrcaustics.beams.closed_form.radial_motion import Travel, radial_motion
 from kerrcaustics.beams.geometry import length
-from kerrcaustics.beams.ray_end import RayEnd, Wanted
+from kerrcaustics.beams.ray_end import RayEnd, RayOutputs
 from kerrcaustics.beams.ray_state import LEAST_K, MOST_K, Aim, Arriving, Jacobian, Row
 from kerrcaustics.beams.traced_ends import Spherical, TracedEnd, TracedPlane, TracedSky, TracedSphere
 from kerrcaustics.beams.traced_results import stacked, status_of
@@ -80,23 +80,23 @@ Ray = tuple[tuple[Components, Reals], _Values]
 
 
 def trace(
-    frame: Frame, sky: Components, end: TracedEnd, wanted: Wanted, *, on_equator: bool, short: bool = False
+    frame: Frame, sky: Components, end: TracedEnd, outputs: RayOutputs, *, on_equator: bool, short: bool = False
 ) -> Ends:
     """Rays, or beams, from camera-sky directions to their end.
 
-    Parameters: sky, three arrays N_x, N_y, N_z; end, that of the rays; wanted, the quantities beside n';
+    Parameters: sky, three arrays N_x, N_y, N_z; end, that of the rays; outputs, the quantities beside n';
     on_equator: the camera is exactly there, which is cheaper; short: take the formulas of small_k.py, which hold for
     escaping rays of k < MOST_K and ends beyond the camera.
     """
 
     def ray(x: Reals, y: Reals, z: Reals) -> Ray:
         if short and isinstance(end, Spherical):
-            return _short_ray(frame, (x, y, z), end, with_time=wanted.time)
-        return _ray(frame, (x, y, z), end, wanted, on_equator=on_equator)
+            return _short_ray(frame, (x, y, z), end, with_time=outputs.time)
+        return _ray(frame, (x, y, z), end, outputs, on_equator=on_equator)
 
-    if not wanted.beams:
+    if not outputs.beams:
         (direction, radius), values = ray(*sky)
-        return _ray_end(frame, sky, end, direction, radius, values, values.spread, wanted)
+        return _ray_end(frame, sky, end, direction, radius, values, values.spread, outputs)
     if short:
         (direction, radius), vary, values = jax.linearize(ray, *sky, has_aux=True)
         angles, in_radius = _forward(sky, direction, vary)
@@ -107,8 +107,8 @@ def trace(
         angles, in_radius = variation.columns(frame, sky, values.photon, way, end, on_equator=on_equator)
     jacobian = end.jacobian(angles, radius, in_radius)
     spread = end.spread(length([entry for row in jacobian for entry in row]), radius)
-    ends = _ray_end(frame, sky, end, direction, radius, values, spread + end.motion(values.at), wanted)
-    return _with_beam(ends, end, jacobian, spread, values, wanted)
+    ends = _ray_end(frame, sky, end, direction, radius, values, spread + end.motion(values.at), outputs)
+    return _with_beam(ends, end, jacobian, spread, values, outputs)
 
 
 def _forward(sky: Components, direction: Components, vary: Any) -> tuple[Jacobian, Row]:
@@ -127,7 +127,7 @@ def _ray_end(
     radius: Reals,
     values: _Values,
     spread: Reals,
-    wanted: Wanted,
+    outputs: RayOutputs,
 ) -> Ends:
     hidden = jnp.where(values.lost, jnp.nan, 0.0)
     rounded = round_off.ROUNDING * spread * (1 + round_off.PER_PHASE * values.polar.phase)
@@ -135,15 +135,15 @@ def _ray_end(
     error = jnp.minimum(unlimited, math.pi) + hidden
     rate, turn = values.photon.rate, values.polar.azimuth
     certified = values.certified & (values.lost | jnp.isfinite(error))
-    time, late = None, (None, None)
+    time, time_errors = None, (None, None)
     if values.travel.clock is not None and values.polar.clock is not None:
         time = values.travel.clock + values.polar.clock
         certified = certified & (values.lost | jnp.isfinite(time))
         rounding = round_off.of_time(frame, values.travel)
-        late = tuple(part + rounding for part in errors.of_time(frame, end, values.at, error, values.noise))
+        time_errors = tuple(part + rounding for part in errors.of_time(frame, end, values.at, error, values.noise))
         time = time + hidden
     crossings, crossings_certain = None, None
-    if wanted.crossings:
+    if outputs.crossings:
         polar, place = values.polar, (direction[2], error)
         crossings, crossings_certain = certainty.crossings(frame, end, polar.crossings, place, polar.leaving, rate)
     return RayEnd(
@@ -159,15 +159,15 @@ def _ray_end(
         radius=radius + hidden if end.finite else None,
         outward=values.travel.rate < jnp.zeros_like(radius) if end.finite else None,
         time=time,
-        time_error=late[0],
-        time_noise=late[1],
+        time_error=time_errors[0],
+        time_noise=time_errors[1],
         crossings=crossings,
         crossings_certain=crossings_certain,
     )
 
 
 def _with_beam(
-    ends: RayEnd[Any], end: TracedEnd, jacobian: Jacobian, spread: Reals, values: _Values, wanted: Wanted
+    ends: RayEnd[Any], end: TracedEnd, jacobian: Jacobian, spread: Reals, values: _Values, outputs: RayOutputs
 ) -> Ends:
     hidden = jnp.where(values.lost, jnp.nan, 0.0)
     determinant = jacobian[0][0] * jacobian[1][1] - jacobian[0][1] * jacobian[1][0]
@@ -180,8 +180,8 @@ def _with_beam(
         jacobian_error=errors.of_entries((n_x, n_y, n_z), error, ends.error),
         diameter_error=jnp.minimum(error, 1.0),
         closed_form=ends.closed_form & (values.lost | jnp.isfinite(spread)),
-        index=_morse_index(values.polar.phase, values.sense * determinant) if wanted.index else None,
-        index_certain=certainty.index_is_certain(jacobian, error) if wanted.index else None,
+        index=_morse_index(values.polar.phase, values.sense * determinant) if outputs.index else None,
+        index_certain=certainty.index_is_certain(jacobian, error) if outputs.index else None,
     )
 
 
@@ -196,15 +196,15 @@ def _morse_index(phase: Reals, determinant: Reals) -> Reals:
     return turns + (odd != (determinant < 0))
 
 
-def _ray(frame: Frame, sky: Components, end: TracedEnd, wanted: Wanted, *, on_equator: bool) -> Ray:
+def _ray(frame: Frame, sky: Components, end: TracedEnd, outputs: RayOutputs, *, on_equator: bool) -> Ray:
     photon = photon_of(frame, sky)
     quartic = radial.factor(frame, photon)
     swing = polar_swing(frame, photon, on_equator=on_equator)
-    travel, aim = _travelled(frame, photon, quartic, swing, end, with_time=wanted.time)
+    travel, aim = _travelled(frame, photon, quartic, swing, end, with_time=outputs.time)
     polar = polar_motion(
-        frame, photon, swing, travel.time, on_equator=on_equator, with_time=wanted.time, varied=wanted.beams
+        frame, photon, swing, travel.time, on_equator=on_equator, with_time=outputs.time, varied=outputs.beams
     )
-    direction, azimuth = _turned(travel, polar)
+    direction, azimuth = _end_direction(travel, polar)
     direction = end.direction(direction)
     at = _arriving(photon, travel)
     if aim is None:
@@ -246,7 +246,7 @@ def _travelled(
         # A time within the length of every ray, for rays that do not reach the plane.
         brief = 0.01 / (frame.radius * jnp.sqrt(photon.k + 3))
         time = jnp.where(aim.lost, brief, time_to_plane(frame, swing, end.crossing))
-        return finite_end.after(frame, photon, quartic, time, aim, with_time=with_time), aim
+        return finite_end.travel_over_time(frame, photon, quartic, time, aim, with_time=with_time), aim
     raise NotImplementedError(f"There is no closed form of the way to {end!r}.")
 
 
@@ -255,7 +255,7 @@ def _short_ray(frame: Frame, sky: Components, end: Spherical, *, with_time: bool
     photon = photon_of(frame, sky)
     travel = small_k.radial_motion(frame, photon, end, with_time=with_time)
     polar = small_k.polar_motion(frame, photon, travel.time, with_time=with_time)
-    direction, azimuth = _turned(travel, polar)
+    direction, azimuth = _end_direction(travel, polar)
     noise = round_off.of_small_k(frame, end, travel.psi)
     values = _Values(
         photon=photon,
@@ -281,7 +281,7 @@ def _arriving(photon: Photon, travel: Travel) -> Arriving:
     return Arriving(jnp.abs(travel.u), jnp.abs(travel.rate), jnp.abs(travel.psi_rate), speed)
 
 
-def _turned(travel: Travel, m: Polar) -> tuple[Components, Reals]:
+def _end_direction(travel: Travel, m: Polar) -> tuple[Components, Reals]:
     """n', and its azimuth: m turned about the spin axis."""
     c, s = jnp.cos(travel.psi + m.turn), jnp.sin(travel.psi + m.turn)
     return (c * m.x - s * m.y, s * m.x + c * m.y, m.z), travel.psi + m.azimuth

@@ -138,11 +138,11 @@ def polar_motion(
     """
     sense = _sense(photon)
     phase, first = swing.rate * time, swing.first
-    end = _at(swing, first + phase)
+    end = _theta_functions(swing, first + phase)
     moving = _moving(swing, end)
     azimuth = jnp.arctan2(end.f_imag, end.f_real)
     if not on_equator:
-        c, s, offset = _offset(frame, photon, swing, _at(swing, first), sense)
+        c, s, offset = _offset(frame, photon, swing, _theta_functions(swing, first), sense)
         moving = [(c * x + s * y, c * y - s * x) for x, y in moving]
         azimuth = azimuth - offset
     turn = sense * swing.drift * phase
@@ -186,7 +186,7 @@ def _slow(swing: Swing, end: _Thetas, phase: Reals, *, on_equator: bool) -> Real
     constant = 8 * (1 + 4 * n3 + 9 * n3 * n3 * nome**2) / elliptic.theta3(nome)
     waves = end.waves / end.theta3
     if not on_equator:
-        start = _at(swing, swing.first)
+        start = _theta_functions(swing, swing.first)
         waves = waves - start.waves / start.theta3
     return swing.nome_slope * swing.rate * (waves + constant * phase)
 
@@ -232,7 +232,7 @@ def _amplitude(frame: Frame, photon: Photon, modulus: elliptic.Modulus, frequenc
     return sine / size, cosine / size
 
 
-def _at(swing: Swing, z: Reals) -> _Thetas:
+def _theta_functions(swing: Swing, z: Reals) -> _Thetas:
     c1, s1 = jnp.cos(z), jnp.sin(z)
     c2, s2 = c1 * c1 - s1 * s1, 2 * c1 * s1
     c4, s4 = c2 * c2 - s2 * s2, 2 * c2 * s2

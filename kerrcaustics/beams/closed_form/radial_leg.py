@@ -56,7 +56,7 @@ def integrals(
 
 
 def _triple(roots: RadialRoots, start: RadialPlace, end: RadialPlace) -> tuple[elliptic.Triple, Reals]:
-    return radial.between(roots.quartic(), (start.r, start.inner, start.outer), (end.r, end.inner, end.outer))
+    return radial.carlson_arguments(roots.quartic(), (start.r, start.inner, start.outer), (end.r, end.inner, end.outer))
 
 
 def _sum(first: Reals, second: Reals, squares: Reals) -> Reals:
@@ -103,6 +103,8 @@ def _growing(
     # - first - r, of rays that start inward far away, from the difference of squares.
     rest = (2 * following * start.r + (h * h - d + 2 * h * low)) - low * (h * h - d) / start.r
     inward = first < 0
-    late = jnp.where(inward, rest * start.r / (t1 * jnp.where(inward, start.r - first, 1.0)), -first - start.r)
-    square = second + late + (following**2 - near / 2) * time + near * (below / 3 * scale**3 * kinds.second + ends)
+    start_part = jnp.where(inward, rest * start.r / (t1 * jnp.where(inward, start.r - first, 1.0)), -first - start.r)
+    square = (
+        second + start_part + (following**2 - near / 2) * time + near * (below / 3 * scale**3 * kinds.second + ends)
+    )
     return square + 2 * (power - jnp.log(start.r))

@@ -163,7 +163,7 @@ def _moved(frame: Frame, photon: Photon, quartic: radial.Quartic, gap: Reals) ->
 
 def _away(frame: Frame, photon: Photon, quartic: radial.Quartic) -> Reals:
     """1, and less for a camera so close to the outer roots that the rate there gives their distance: that, times 3."""
-    distance = 3 * (jnp.abs(frame.radius - quartic.h) + jnp.sqrt(_apart(quartic))) / quartic.h
+    distance = 3 * (jnp.abs(frame.radius - quartic.h) + jnp.sqrt(_half_distance_squared(quartic))) / quartic.h
     return jnp.where(radial.rate_knows_roots(frame, photon, quartic), jnp.minimum(distance, 1.0), 1.0)
 
 
@@ -171,7 +171,7 @@ def _gap_to_infinity(frame: Frame, photon: Photon, quartic: radial.Quartic) -> R
     """The distance of a ray from the outer roots: (r - h)^2 + |d|."""
     # A ray that leaves outward from above the roots does not linger there.
     away = (photon.rate[0] < 0) & (frame.radius > quartic.h)
-    return _apart(quartic) + jnp.where(away, (frame.radius - quartic.h) ** 2, 0.0)
+    return _half_distance_squared(quartic) + jnp.where(away, (frame.radius - quartic.h) ** 2, 0.0)
 
 
 def _gap_to_end(frame: Frame, photon: Photon, quartic: radial.Quartic, travel: Travel) -> Reals:
@@ -179,10 +179,10 @@ def _gap_to_end(frame: Frame, photon: Photon, quartic: radial.Quartic, travel: T
     first, last = frame.radius - 1 - quartic.lift, 1 / travel.u - 1 - quartic.lift
     turns = (photon.rate[0] > 0) != (travel.rate > 0)
     nearest = jnp.where(turns | (first * last < 0), 0.0, jnp.minimum(jnp.abs(first), jnp.abs(last)))
-    return _apart(quartic) + nearest**2
+    return _half_distance_squared(quartic) + nearest**2
 
 
-def _apart(quartic: radial.Quartic) -> Reals:
+def _half_distance_squared(quartic: radial.Quartic) -> Reals:
     """The square of half the distance of the outer roots, never 0."""
     return jnp.abs(quartic.d) + _TINY * quartic.h**2
 

@@ -102,10 +102,10 @@ def columns(
     changes = []
     for change in _changes(frame, sky):
         swung, along, across = _swung(frame, photon, course, change, on_equator=on_equator)
-        late = -swung if end.in_plane else None
-        late, turned, in_radius = _travelled(frame, photon, way, slopes, change, late)
-        theta = (swung + late) * course.v_theta + along
-        phi = late * course.v_phi + across + course.sine * turned
+        delay = -swung if end.in_plane else None
+        delay, turned, in_radius = _travelled(frame, photon, way, slopes, change, delay)
+        theta = (swung + delay) * course.v_theta + along
+        phi = delay * course.v_phi + across + course.sine * turned
         changes.append((theta, phi, in_radius))
     theta, phi, in_radius = zip(*changes, strict=True)
     return (theta, phi), in_radius
@@ -146,7 +146,7 @@ def _time_slopes(frame: Frame, photon: Photon, way: Way, end: TracedEnd) -> _Tim
         first = _place(roots, start.r, u_rate)
         if not end.finite:
             return radial.to_infinity(roots.quartic(), *first), jnp.ones_like(u_rate)
-        return radial.between(roots.quartic(), first, _place(roots, way.radius, end_rate))
+        return radial.carlson_arguments(roots.quartic(), first, _place(roots, way.radius, end_rate))
 
     end_rate = way.travel.rate + jnp.zeros_like(photon.k)
     (triple, scale), pull = jax.vjp(arguments, roots, photon.rate[0], end_rate)
@@ -201,7 +201,7 @@ def _by_factors(roots: RadialRoots, by: RadialRoots) -> tuple[Reals, Reals, Real
 
 
 def _travelled(
-    frame: Frame, photon: Photon, way: Way, slopes: _TimeSlopes, change: _Change, late: Reals | None
+    frame: Frame, photon: Photon, way: Way, slopes: _TimeSlopes, change: _Change, delay: Reals | None
 ) -> tuple[Reals, Reals, Reals]:
     """The changes of Mino time, psi and radius at the end: at a fixed radius, or with the change of the time given."""
     a, b = frame.spin, photon.b
@@ -212,11 +212,11 @@ def _travelled(
     horizon = radial.horizon_function(frame.spin, u)
     force = u * u * (a * (1 + a * (a - b) * u * u) * change.b + horizon * change.kappa / 2)
     psi = psi - a * a * slopes.end_rate * end_rate * u * u / horizon * change.b
-    if late is None:
+    if delay is None:
         more = -slopes.end_rate * force / end_rate
         return time + more, psi + psi_rate * more, jnp.zeros_like(psi)
-    more = late - time
-    return late, psi + psi_rate * more, -(end_rate * more + slopes.end_rate * force) / (u * u)
+    more = delay - time
+    return delay, psi + psi_rate * more, -(end_rate * more + slopes.end_rate * force) / (u * u)
 
 
 def _at_fixed_rates(frame: Frame, photon: Photon, slopes: _TimeSlopes, change: _Change) -> tuple[Reals, Reals]:

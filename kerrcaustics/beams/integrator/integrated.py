@@ -22,7 +22,7 @@ from kerrcaustics.beams.integrator import clock
 from kerrcaustics.beams.integrator.equations import polar_rapidity, rapidity, rates_with_variation
 from kerrcaustics.beams.integrator.journey import Journey, Progress, beam_area, remaining, step
 from kerrcaustics.beams.integrator.landing import land
-from kerrcaustics.beams.ray_end import RayEnd, Wanted
+from kerrcaustics.beams.ray_end import RayEnd, RayOutputs
 from kerrcaustics.beams.ray_state import DENSEST, Aim, Constants, Path
 from kerrcaustics.beams.traced_ends import TracedEnd
 from kerrcaustics.spacetime import radial
@@ -46,32 +46,32 @@ def prospects(frame: Frame, sky: Components, end: TracedEnd) -> tuple[Flags, Fla
 
 
 def trace(
-    frame: Frame, sky: Components, refinement: Reals, tolerance: Reals, end: TracedEnd, wanted: Wanted
+    frame: Frame, sky: Components, refinement: Reals, tolerance: Reals, end: TracedEnd, outputs: RayOutputs
 ) -> RayEnd[Reals | Flags]:
     """Rays, or beams, followed from camera-sky directions to their end (infinity is u = 0 exactly).
 
     Parameters: sky, three arrays N_x, N_y, N_z; refinement, steps are shorter by this factor per ray, and 0 leaves
-    a ray out; tolerance, the largest error of n' in radians; end, that of the rays; wanted, the quantities beside n'.
+    a ray out; tolerance, the largest error of n' in radians; end, that of the rays; outputs, the quantities beside n'.
     """
     constants, ray, photon = start(frame, sky)
     aim = aim_at(end, frame, photon)
     paths, variations = with_variations(frame, sky, ray)
-    density = _density(tolerance, wanted.index) * _near_edge(constants, aim.mino_time)
+    density = _density(tolerance, outputs.index) * _near_edge(constants, aim.mino_time)
     density = refinement * jnp.minimum(density, DENSEST)
     idle = aim.lost | (refinement <= 0)
     rates = partial(all_rates, frame.spin, constants, variations)
-    if wanted.time:
+    if outputs.time:
         rates = clock.with_clock(rates, frame.spin, constants)
         paths = (*paths, clock.started(constants, ray))
     arrival = jnp.where(idle, 0.0, aim.mino_time)
     journey = Journey(frame.spin, end, constants, aim, idle, arrival, density, rates)
-    first = _departure(journey, paths, first_azimuth(frame, ray.rate), wanted)
+    first = _departure(journey, paths, first_azimuth(frame, ray.rate), outputs)
     last = jax.lax.while_loop(lambda now: jnp.any(remaining(journey, now) != 0), partial(step, journey), first)
     ratio = frequency_ratio(frame, sky, photon.energy_ratio)
-    return land(frame, journey, paths, last, ratio, beams=wanted.beams)
+    return land(frame, journey, paths, last, ratio, beams=outputs.beams)
 
 
-def _departure(journey: Journey, paths: tuple[Path, ...], azimuth: Reals, wanted: Wanted) -> Progress:
+def _departure(journey: Journey, paths: tuple[Path, ...], azimuth: Reals, outputs: RayOutputs) -> Progress:
     """Rays at the camera."""
     none, (_, _, _, z), z_rate = jnp.zeros_like(journey.arrival), paths[0].position, paths[0].rate[3]
     return Progress(
@@ -80,11 +80,11 @@ def _departure(journey: Journey, paths: tuple[Path, ...], azimuth: Reals, wanted
         paths=paths,
         local_error=none,
         azimuth=azimuth,
-        conjugate_points=none if wanted.index else None,
-        area_sign=jnp.sign(beam_area(journey, paths)) if wanted.index else None,
-        crossings=none if wanted.crossings else None,
-        side=jnp.where(z == 0, jnp.sign(z_rate), jnp.sign(z)) if wanted.crossings else None,
-        clock_error=none if wanted.time else None,
+        conjugate_points=none if outputs.index else None,
+        area_sign=jnp.sign(beam_area(journey, paths)) if outputs.index else None,
+        crossings=none if outputs.crossings else None,
+        side=jnp.where(z == 0, jnp.sign(z_rate), jnp.sign(z)) if outputs.crossings else None,
+        clock_error=none if outputs.time else None,
         corrections=none if journey.end.finite else None,
     )
 

@@ -109,10 +109,10 @@ def step(journey: Journey, now: Progress) -> Progress:
         after = after._replace(clock_error=now.clock_error + clock.local_error(journey.constants, paths[-1], gaps[1]))
     if now.corrections is not None:
         after = after._replace(corrections=now.corrections + ((h != 0) & arrived))
-    return _counted(journey, now, after, back)
+    return _with_counts(journey, now, after, back)
 
 
-def _counted(journey: Journey, before: Progress, after: Progress, back: Reals) -> Progress:
+def _with_counts(journey: Journey, before: Progress, after: Progress, back: Reals) -> Progress:
     """The conjugate points and the crossings of one step, if requested; those of a step back are subtracted."""
     if before.conjugate_points is not None and before.area_sign is not None:
         passed, sign = changed_sign(before.area_sign, beam_area(journey, after.paths))

@@ -16,7 +16,7 @@ from kerrcaustics.beams.integrator.nystroem import Rates
 from kerrcaustics.beams.ray_end import RayEnd
 from kerrcaustics.beams.ray_state import Arriving, Jacobian, Path
 from kerrcaustics.beams.traced_results import stacked, status_of
-from kerrcaustics.beams.vectors import dot, turned
+from kerrcaustics.beams.vectors import dot, with_small_turn
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.frame import Frame
@@ -102,8 +102,8 @@ def land(
         ends = replace(ends, diameter_error=doubt.bent + hidden)
     if last.clock_error is None:
         return ends
-    time, late, rounding = _timed(frame, journey, started[0], last, touch, doubt)
-    return replace(ends, time=time + hidden, time_error=late + hidden, time_noise=rounding)
+    time, time_error, rounding = _timed(frame, journey, started[0], last, touch, doubt)
+    return replace(ends, time=time + hidden, time_error=time_error + hidden, time_noise=rounding)
 
 
 def horizon_noise(spin: Reals, u: Reals) -> Reals:
@@ -160,7 +160,7 @@ def _jacobian(journey: Journey, touch: _Touch) -> Jacobian:
     for path in variations:
         shift = -path.position[fixed] / ray.rate[fixed]
         moved = [d + shift * r for d, r in zip(path.position[1:], ray.rate[1:], strict=True)]
-        x, y, z = turned(touch.m, moved, path.psi + shift * touch.psi_rate)
+        x, y, z = with_small_turn(touch.m, moved, path.psi + shift * touch.psi_rate)
         columns.append((c * x - s * y, s * x + c * y, z))
         in_radius.append(-(path.position[0] + shift * ray.rate[0]) / ray.position[0] ** 2)
     rows = [tuple(e[..., i] for i in range(3)) for e in polar_basis(jnp.stack(touch.n, axis=-1), jnp)]
@@ -182,9 +182,9 @@ def _doubt(
     drift = last.local_error * jnp.maximum(growth, end.least_growth(at))
     # Rays that could not be brought close to their end land by too long a step.
     unsettled, bending = end.unsettled(journey.constants, at)
-    late = end.delayed(unsettled * at.speed + touch.stretch**2, at)
+    step_error = end.delayed(unsettled * at.speed + touch.stretch**2, at)
     rounded = OF_TURN * (jnp.abs(touch.turn) + jnp.abs(ray.psi)) + horizon_noise(frame.spin, 1 / frame.radius)
-    noise = _ROUNDING * (1 + size + end.motion(at)) * often + rounded + late
+    noise = _ROUNDING * (1 + size + end.motion(at)) * often + rounded + step_error
     bent = errors.of_jacobian(end, _IN_JACOBIAN * opening * often, drift + noise, at.turning, growth)
     # A beam opens with the way, and the more the less its rays have of a radial motion at their end.
     bent = bent + unsettled * (bending + 1 / jnp.maximum(last.time, 1e-300))
@@ -218,7 +218,7 @@ def _timed(
         journey.constants, start, touch.paths[0], touch.paths[-1], at_infinity=at_infinity, distant=frame.start == 0
     )
     # The clock is as uncertain as n' by round-off of the steps, beside the part of the end.
-    late, rounding = errors.of_time(frame, journey.end, touch.at, doubt.direction + doubt.noise, doubt.noise)
-    late = late + _gain(journey) * (0.0 if last.clock_error is None else last.clock_error)
-    known = jnp.isfinite(time + late)
-    return jnp.where(known, time, 0.0), jnp.where(known, late, jnp.inf), rounding
+    time_error, rounding = errors.of_time(frame, journey.end, touch.at, doubt.direction + doubt.noise, doubt.noise)
+    time_error = time_error + _gain(journey) * (0.0 if last.clock_error is None else last.clock_error)
+    known = jnp.isfinite(time + time_error)
+    return jnp.where(known, time, 0.0), jnp.where(known, time_error, jnp.inf), rounding

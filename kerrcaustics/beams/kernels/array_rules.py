@@ -21,7 +21,7 @@ def constants(graph: Graph, values: Any, dtype: Any) -> Nodes:
     return np.array([graph.const(value, kind) for value in array.ravel().tolist()], int).reshape(array.shape)
 
 
-def known(graph: Graph, nodes: Nodes, equation: Any) -> np.ndarray:
+def constant_indices(graph: Graph, nodes: Nodes, equation: Any) -> np.ndarray:
     """Whole numbers that nodes hold; NotImplementedError if these depend on the ray."""
     values = [graph.value(int(node)) for node in nodes.ravel()]
     if any(value is None for value in values):
@@ -73,7 +73,7 @@ def split(graph: Graph, equation: Any, array: Nodes) -> list[Nodes]:
     return np.split(array, np.cumsum(equation.params["sizes"])[:-1], axis=equation.params["axis"])
 
 
-def counted(graph: Graph, equation: Any) -> list[Nodes]:
+def iota(graph: Graph, equation: Any) -> list[Nodes]:
     """Whole numbers along an axis, from 0."""
     shape, axis = equation.params["shape"], equation.params["dimension"]
     row = np.arange(shape[axis]).reshape([-1 if i == axis else 1 for i in range(len(shape))])
@@ -84,7 +84,9 @@ def by_known_index(graph: Graph, equation: Any, *arrays: Nodes) -> list[Nodes]:
     """Elements read or written at known indices: JAX moves the numbers of the nodes as if they were the elements."""
     first_index = _FIRST_INDEX[equation.primitive.name]
     moved = [
-        known(graph, array, equation).astype(variable.aval.dtype) if first_index <= i < _last_index(equation) else array
+        constant_indices(graph, array, equation).astype(variable.aval.dtype)
+        if first_index <= i < _last_index(equation)
+        else array
         for i, (array, variable) in enumerate(zip(arrays, equation.invars, strict=True))
     ]
     return [np.asarray(equation.primitive.bind(*map(jax.numpy.asarray, moved), **equation.params))]
@@ -163,7 +165,7 @@ ARRAY_RULES: dict[str, Rule] = {
     "stack": stacked,
     "concatenate": concatenated,
     "split": split,
-    "iota": counted,
+    "iota": iota,
     **dict.fromkeys(_FIRST_INDEX, by_known_index),
     "reduce_sum": reduced("add"),
     "reduce_prod": reduced("mul"),

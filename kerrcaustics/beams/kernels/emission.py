@@ -24,7 +24,7 @@ def emitted(function: Lowered, name: str) -> str:
     It takes the parameters of the call; the columns and the outputs, each by the address and the stride of its numbers,
     behind the columns the tables, by their address and the number of their rows; the number of rays.
     """
-    return _Text(function).all(name)
+    return _Text(function).kernel(name)
 
 
 class _Text:
@@ -41,7 +41,7 @@ class _Text:
         # Sines and cosines of an argument are computed together; arguments for which they are there.
         self._turns: set[int] = set()
 
-    def all(self, name: str) -> str:
+    def kernel(self, name: str) -> str:
         self._add(0, f'extern "C" void {name}(const double *P, const In *in, const Out *out, int64_t n) {{')
         self._statements(1, self._once)
         self._add(1, "for (int64_t i = 0; i < n; i += W) {")

@@ -176,15 +176,15 @@ def is_current(described: dict[str, Any]) -> bool:
 
 def level() -> str:
     """The instruction set in use: the best one that is there and that the processor has."""
-    there, chosen = levels_there(), os.environ.get(_CHOSEN)
-    if not there:
+    levels, chosen = available_levels(), os.environ.get(_CHOSEN)
+    if not levels:
         raise RuntimeError("There are no kernels for this processor: run `make kernels`, or install the package.")
-    if chosen and chosen not in there:
-        raise RuntimeError(f"{_CHOSEN} must be one of {', '.join(there)}, but is {chosen!r}.")
-    return chosen or there[-1]
+    if chosen and chosen not in levels:
+        raise RuntimeError(f"{_CHOSEN} must be one of {', '.join(levels)}, but is {chosen!r}.")
+    return chosen or levels[-1]
 
 
-def levels_there() -> tuple[str, ...]:
+def available_levels() -> tuple[str, ...]:
     """The instruction sets for which kernels are there, and that the processor has, the best one last."""
     # Where nothing is compiled, the catalogue says so.
     catalogue()

@@ -145,7 +145,7 @@ class Lowering:
         nodes = [rule(self.graph, call, *operands) for operands in elements]
         return np.array(nodes, int).reshape(equation.outvars[0].aval.shape)
 
-    def called(self, equation: Any, inputs: list[Nodes]) -> Sequence[Nodes]:
+    def results_of_call(self, equation: Any, inputs: list[Nodes]) -> Sequence[Nodes]:
         """The results of a function within the function."""
         if equation.params.get("name") == "copysign":
             # JAX takes the bits of numbers apart there.
@@ -218,7 +218,8 @@ CONTROL: dict[str, Callable[[Lowering, Any, list[Nodes]], Sequence[Nodes]]] = {
     "while": Lowering.loop,
     "cond": Lowering.branches,
     **dict.fromkeys(
-        ("jit", "pjit", "closed_call", "core_call", "custom_jvp_call", "custom_vjp_call", "checkpoint"), Lowering.called
+        ("jit", "pjit", "closed_call", "core_call", "custom_jvp_call", "custom_vjp_call", "checkpoint"),
+        Lowering.results_of_call,
     ),
     **dict.fromkeys(("stop_gradient", "copy", "copy_p", "xla_metadata_value"), _unchanged),
 }

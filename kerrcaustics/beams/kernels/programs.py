@@ -15,7 +15,7 @@ from kerrcaustics.beams.closed_form import deep_rays, formula
 from kerrcaustics.beams.integrator import integrated
 from kerrcaustics.beams.kernels.lowering import Lowered, lowered
 from kerrcaustics.beams.kernels.tables import Table
-from kerrcaustics.beams.ray_end import Wanted
+from kerrcaustics.beams.ray_end import RayOutputs
 from kerrcaustics.beams.ray_state import Aim, Bundle, BundleState, Constants, Path
 from kerrcaustics.beams.traced_ends import PLACES
 from kerrcaustics.spacetime import polar
@@ -100,14 +100,14 @@ def named(base: str, **chosen: bool) -> str:
     return "_".join([base, *(word for word, is_chosen in chosen.items() if is_chosen)])
 
 
-def _wanted(beams: bool, time: bool) -> Wanted:
-    return Wanted(beams=beams, index=beams, crossings=beams, time=time)
+def _quantities(beams: bool, time: bool) -> RayOutputs:
+    return RayOutputs(beams=beams, index=beams, crossings=beams, time=time)
 
 
 def _of_closed_form() -> dict[str, Program]:
     made = {}
     for place, beams, time, equator in product(ENDS, _YES_OR_NO, _YES_OR_NO, _YES_OR_NO):
-        options = {"wanted": _wanted(beams, time), "on_equator": equator}
+        options = {"outputs": _quantities(beams, time), "on_equator": equator}
         function = with_end(partial(formula.trace, **options), place, 2)
         name = named("beams" if beams else "rays", time=time, equator=equator)
         made[f"{name}_{place}"] = Program(function, (FRAME, SKY, ENDS[place]))
@@ -117,7 +117,7 @@ def _of_closed_form() -> dict[str, Program]:
 def _of_short_rays() -> dict[str, Program]:
     made = {}
     for place, beams, time in product(SPHERICAL, _YES_OR_NO, _YES_OR_NO):
-        options = {"wanted": _wanted(beams, time), "on_equator": False, "short": True}
+        options = {"outputs": _quantities(beams, time), "on_equator": False, "short": True}
         function = with_end(partial(formula.trace, **options), place, 2)
         name = named("short_beams" if beams else "short_rays", time=time)
         made[f"{name}_{place}"] = Program(function, (FRAME, SKY, ENDS[place]))
@@ -127,7 +127,7 @@ def _of_short_rays() -> dict[str, Program]:
 def _of_integrator() -> dict[str, Program]:
     made = {}
     for place, time in product(ENDS, _YES_OR_NO):
-        function = with_end(partial(integrated.trace, wanted=_wanted(True, time)), place, 4)
+        function = with_end(partial(integrated.trace, outputs=_quantities(True, time)), place, 4)
         name = named("integrated_beams", time=time)
         made[f"{name}_{place}"] = Program(function, (FRAME, SKY, _EACH, _ONE, ENDS[place]))
     for name, whole in (("survey", integrated.survey), ("prospects", integrated.prospects)):
@@ -165,8 +165,8 @@ def _of_paths() -> dict[str, Program]:
 def with_end(function: Callable[..., Any], place: str, position: int) -> Callable[..., Any]:
     """A function that takes the numbers of an end in the place of the end."""
 
-    def called(*arguments: Any) -> Any:
+    def function_of_numbers(*arguments: Any) -> Any:
         end = PLACES[place](*arguments[position])
         return function(*arguments[:position], end, *arguments[position + 1 :])
 
-    return called
+    return function_of_numbers

@@ -139,12 +139,12 @@ def contrary(graph: Graph, flag: int) -> int | None:
     return arguments[0] if operation == "not" else None
 
 
-def both(graph: Graph, a: int, b: int) -> int:
+def conjunction(graph: Graph, a: int, b: int) -> int:
     """Two flags of which both must hold."""
     return _joined(graph, "and", a, b)
 
 
-def either(graph: Graph, a: int, b: int) -> int:
+def disjunction(graph: Graph, a: int, b: int) -> int:
     """Two flags of which one must hold."""
     return _joined(graph, "or", a, b)
 
@@ -194,8 +194,8 @@ SIMPLER: dict[str, Callable[..., int | None]] = {
     "abs": size,
     "select": choice,
     "not": contrary,
-    "and": both,
-    "or": either,
+    "and": conjunction,
+    "or": disjunction,
     "xor": unlike,
     "eq": equal,
     "ne": unequal,

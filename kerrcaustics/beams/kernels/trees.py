@@ -25,7 +25,7 @@ def mapped(function: Callable[..., Any], tree: Any, *others: Any) -> Any:
     if parts is None:
         return function(tree, *others)
     rest = [_parts(other) for other in others]
-    return _again(tree, [mapped(function, *column) for column in zip(parts, *rest, strict=True)])
+    return _rebuild(tree, [mapped(function, *column) for column in zip(parts, *rest, strict=True)])
 
 
 def _parts(tree: Any) -> list[Any] | None:
@@ -37,7 +37,7 @@ def _parts(tree: Any) -> list[Any] | None:
     return None
 
 
-def _again(tree: Any, parts: list[Any]) -> Any:
+def _rebuild(tree: Any, parts: list[Any]) -> Any:
     """A branch of the same kind with other branches in it."""
     if is_dataclass(tree):
         return type(tree)(**{field.name: part for field, part in zip(fields(tree), parts, strict=True)})  # pyright: ignore

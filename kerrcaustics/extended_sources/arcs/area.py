@@ -1,11 +1,11 @@
 """Light within arcs on a viewer's sky, by Green's theorem, component by component.
 
-Each connected boundary has an origin of its own, so that small images keep their digits: in the equal-area plane about
-it (Lambert's) the area is an integral of x dy - y dx along the boundary. On a screen the plane is there already.
+Each connected boundary has a separate origin, so that small images keep their digits: in Lambert's equal-area plane
+about it the area is half the integral of x dy - y dx along the boundary. A screen is such a plane itself.
 
-On a sphere a closed curve has two sides. The side that is measured does not hold the direction opposite to the hole. So
-boundaries that run round the hole clockwise once more than the other way leave out the whole sky (`total`); those that
-run so anticlockwise hold the direction to the hole, as of a sphere that is seen in front of it.
+On a sphere a closed curve has two sides. The measured side excludes the direction opposite to the hole. So the area of
+boundaries that run round the hole clockwise once more than anticlockwise lacks the whole sky (`total`); boundaries
+that run so anticlockwise enclose the direction to the hole, as those of a sphere in front of it do.
 """
 
 import math
@@ -33,12 +33,18 @@ Array = np.ndarray
 
 # Cosine of the largest angle of a boundary from its own origin.
 _LEAST_COSINE = 0.3
-# Steps along a boundary are divided, so often at most, that are larger than this as seen from a place, radians.
-_SMALL_ANGLE, _MOST_HALVINGS, _MOST_STEPS = 0.5, 40, 4_000_000
+# Largest angle of an undivided step along a boundary as seen from a place, radians.
+_SMALL_ANGLE = 0.5
+# Rounds of halving such steps.
+_MOST_HALVINGS = 40
+# Most steps in a round: more show that an arc passes through a place.
+_MOST_STEPS = 4_000_000
+# Places of the points of an arc and of both of its ends, in [-1, 1].
 _ENDED = np.concatenate([[-1.0], NODES, [1.0]])
-# Parts of the way from an origin, and their shares of the area; nodes of the sum over the whole sky.
 _GAUSS, _GAUSS_WEIGHTS = legendre.leggauss(8)
+# Radial nodes, as parts of the distance from an origin, and their shares of the area.
 _PARTS, _SHARES = (1 + _GAUSS) / 2, _GAUSS_WEIGHTS * (1 + _GAUSS) / 2
+# Nodes in the cosine of the sum over the whole sky.
 _SKY_NODES = 48
 # Widest gap between arcs that meet, in lengths of either.
 _WIDEST_GAP = 0.1
@@ -46,16 +52,18 @@ _VALUES = legendre.legvander(_ENDED, len(NODES) + 1)
 
 
 Weight = Callable[[Array], Array]
-"""Brightness of what is seen at places (..., axes) on the viewer's sky."""
+"""Brightness at places (..., axes) on the viewer's sky."""
 
 
 @dataclass(frozen=True)
 class Boundary:
     """A connected boundary.
 
-    arcs: numbers of its arcs; points: places of the nodes between both ends of each arc; light: integrals over the
-    area, of the weight and of the weight times the place: negative for the inner edge of a ring or a hole; error: of
-    the first; turns: how often it runs round the hole, the image to its left.
+    arcs: Numbers of its arcs.
+    points: Places of the nodes of each arc and of both its ends.
+    light: Integrals over the area of the weight, and of the weight times the place; negative for holes and inner edges.
+    error: Error of the first integral.
+    turns: Turns about the hole, with the image to the left.
     """
 
     arcs: Int[Array, " arcs"]
@@ -134,7 +142,7 @@ def closed(arcs: BoundaryArcs, sign: Float[Array, " arcs"]) -> bool:
 
 def seen_points(sky: SearchSky, arcs: BoundaryArcs) -> tuple[Float[Array, "arcs nodes axes"], Float[Array, " arcs"]]:
     """Nodes of arcs between both ends, and the error of the area beside each, on the viewer's sky."""
-    # Without gaps between arcs, which stand for areas as long as the boundary.
+    # Arcs that meet share their ends: a gap would add an area along the whole boundary.
     start, stop = np.split(at_nodes(arcs.left, arcs.right, np.concatenate([arcs.start, arcs.stop])), 2)
     whole = with_ends(start, arcs.points, stop)
     flat = whole.reshape(-1, 3)
@@ -212,13 +220,13 @@ class _Bound:
         if self.turns or (flat @ self._origin).min() < _LEAST_COSINE:
             side = 1.0 if (flat @ hole).min() > -(flat @ hole).max() else -1.0
             self._origin = side * hole
-            # About the direction opposite to the hole the other side is measured.
+            # An origin opposite to the hole gives the area of the other side.
             self._beyond = 0 if side > 0 else self.turns
 
     def light(self, weight: Weight | None, skies: int) -> Array:
-        """Integrals of the weight, and of the weight times the place, over the area and so many whole skies.
+        """Integrals of the weight, and of the weight times the place, over the area and a number of whole skies.
 
-        Along a straight way from the origin both are averaged, by Gauss's rule.
+        Both are averaged along the rays from the origin, by Gauss's rule.
         """
         averages = 0.0
         for part, share in zip(_PARTS, _SHARES, strict=True):
@@ -233,7 +241,7 @@ class _Bound:
         return swept + skies * _of_sky(weight) if skies else swept
 
     def _toward(self, part: float) -> Array:
-        """Places at a part of the way from the origin to the points: on a sphere by areas within circles about it."""
+        """Places at a part of the distance from the origin to the points; on a sphere the square of it is an area."""
         away = self._points - self._origin
         if away.shape[-1] == 2:
             return self._origin + part * away
@@ -244,7 +252,7 @@ class _Bound:
         return self._origin * (1 - near)[..., None] + across * (sine / np.where(far_sine == 0, 1, far_sine))[..., None]
 
     def _swept(self) -> Float[Array, "arcs nodes"]:
-        """Areas swept by the way from the origin along arcs, shared out among the nodes and both ends.
+        """Areas swept by the ray from the origin along arcs, divided among the nodes and both ends.
 
         The ends of the polynomials are joined to the nodes by straight steps.
         """
@@ -266,7 +274,7 @@ class _Bound:
 
 
 def _of_sky(weight: Weight | None) -> Float[Array, " 4"]:
-    """The same integrals over the whole sky."""
+    """Integrals of the weight, and of the weight times the place, over the whole sky."""
     if weight is None:
         return np.array([4 * math.pi, 0, 0, 0])
     cosine, shares = legendre.leggauss(_SKY_NODES)

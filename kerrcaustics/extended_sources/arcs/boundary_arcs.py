@@ -17,7 +17,7 @@ GUESSED = legendre.leggauss(6)[0]
 NODES, WEIGHTS = legendre.leggauss(7)
 """Places in (-1, 1) along an arc of its points, at which it is checked, with their weights."""
 
-# As many times as the number of arcs in doubt grows in a row, the curve is lost.
+# Rounds in a row with more and more arcs in doubt that show that a curve is lost.
 _LASTING = 4
 
 
@@ -47,7 +47,7 @@ Arcs = TypeVar("Arcs", bound=Rows)
 
 @dataclass(frozen=True)
 class Attempt(Generic[Pieces, Arcs]):
-    """Arcs through pieces of curves, and what may be tried next.
+    """Arcs through pieces of curves, and a function that halves pieces for the next attempt.
 
     arcs: One for each piece.
     good: True for arcs that lie on their curves.
@@ -66,7 +66,7 @@ def arcs_by_halving(
     most_halvings: int,
     most_doubtful: int | None = None,
 ) -> tuple[Arcs, int]:
-    """Arcs through pieces that are halved until these are good, and how many are not in the end.
+    """Arcs through pieces that are halved until the arcs are good, and the number of arcs that remain in doubt.
 
     Parameters
     ----------
@@ -77,8 +77,8 @@ def arcs_by_halving(
     most_halvings : int
         Rounds of halving.
     most_doubtful : int, optional
-        Number of arcs in doubt above which a curve is lost and given up, as it is when their number keeps growing. None
-        if every point of the curves can be found.
+        Number of arcs in doubt above which a curve is given up, as it is if their number keeps growing. None if every
+        point of the curves can be found.
     """
     parts: list[Arcs] = []
     bad: list[int] = []
@@ -106,7 +106,7 @@ def values_at(nodes: Float[Array, " nodes"], places: Float[Array, " places"]) ->
     return legendre.legvander(places, highest) @ np.linalg.inv(legendre.legvander(nodes, highest))
 
 
-def along(
+def arc_values(
     matrix: Float[Array, "places nodes"], points: Float[Array, "arcs nodes axes"]
 ) -> Float[Array, "arcs places axes"]:
     """Values at places along arcs from those at nodes."""
@@ -123,9 +123,9 @@ def with_ends(
 def at_nodes(
     left: Int[Array, " arcs"], right: Int[Array, " arcs"], ends: Float[Array, "both 3"]
 ) -> Float[Array, "both 3"]:
-    """Places of starts and then stops of arcs, the same for all arcs that meet at a node.
+    """Places of starts and then of stops of arcs, equal for all arcs that meet at a node.
 
-    left, right: numbers of the nodes; ends: what each arc takes for their places.
+    left, right: numbers of the nodes; ends: their places by each arc.
     """
     _, first, node = np.unique(np.concatenate([left, right]), return_index=True, return_inverse=True)
     return ends[first][node]

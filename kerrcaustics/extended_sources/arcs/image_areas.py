@@ -1,4 +1,4 @@
-"""The images of a disc on a viewer's sky, as they are measured."""
+"""The areas of the images of a disc on a viewer's sky."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -29,7 +29,7 @@ class DiscImages:
     shares: Area by index.
     share_errors: Errors of the shares.
     moment: Integral of the place over the images.
-    remarks: What is in doubt.
+    remarks: One for each doubt, none if certified.
     """
 
     angle: float
@@ -47,24 +47,24 @@ class DiscImages:
 
     @property
     def certified(self) -> bool:
-        """True where nothing is in doubt."""
+        """True without remarks."""
         return not self.remarks
 
     def with_remarks(self, doubts: Sequence[str], faults: Sequence[str]) -> "DiscImages":
-        """The same disc with doubts that its error covers, and with faults, which leave nothing known of the areas."""
+        """The disc with further remarks: doubts, which its error covers, and faults, which make the error infinite."""
         disc = replace(self, remarks=tuple(dict.fromkeys([*faults, *doubts, *self.remarks])))
         if not (faults or self.remarks):
             return disc
         return replace(disc, error=math.inf, share_errors=np.full(len(self.shares), math.inf))
 
     def uncertified_unless_known(self) -> "DiscImages":
-        """The same disc, not certified where its error is larger than its area."""
+        """The disc; not certified if its error is larger than its area."""
         if not self.certified or self.error <= self.area or self.error == 0:
             return self
         return replace(self, remarks=("the error is larger than the light",))
 
     def interpolated(self, low: "DiscImages", high: "DiscImages") -> "DiscImages":
-        """The same disc, its images between those of a smaller disc and of a larger one."""
+        """The disc with areas between those of a smaller disc and of a larger one."""
         return replace(
             low,
             angle=self.angle,
@@ -88,8 +88,9 @@ def summed(
 ) -> DiscImages:
     """The areas within arcs.
 
-    hole: the direction to it on the search sky; disc: radius and area of the disc; signs: for one index, or for all of
-    them, 1 where images lie to the left of arcs, -1 where to the right, and 0 of arcs that do not bound them.
+    hole: direction to the hole on the search sky.
+    disc: radius and area of the disc.
+    signs: for one index, or for all, 1 if the images lie to the left of an arc, -1 if to the right, 0 if beside others.
     """
     points, error = seen_points(sky, arcs)
     seen_hole = sky.to_viewer(hole[None])[0]

@@ -12,7 +12,7 @@ from kerrcaustics.extended_sources.arcs.boundary_arcs import (
     WEIGHTS,
     Attempt,
     BoundaryArcs,
-    along,
+    arc_values,
     arcs_by_halving,
     values_at,
 )
@@ -22,8 +22,10 @@ from kerrcaustics.spacetime.sphere import lengths, unit
 
 Array = np.ndarray
 
-# Rounds of halving. An arc is not halved where its error is below so many times that of the curve.
-_MOST_HALVINGS, _ROUND_OFF = 10, 3.0
+# Rounds of halving.
+_MOST_HALVINGS = 10
+# Error of an arc over that of the curve, below which halving gains nothing.
+_ROUND_OFF = 3.0
 # Along an arc, in (-1, 1): its nodes, places at which it is checked, and both ends.
 _PLACES = np.concatenate([NODES, GUESSED, [-1.0, 1.0]])
 _TO_CHECK = values_at(NODES, GUESSED)
@@ -48,7 +50,7 @@ def arcs_of_parametric_curve(
     left: Int[Array, " arcs"],
     right: Int[Array, " arcs"],
     first: int,
-    wanted: float,
+    tolerance: float,
 ) -> BoundaryArcs | None:
     """Arcs between parameters, halved until a polynomial describes each; None where points are lost.
 
@@ -63,7 +65,7 @@ def arcs_of_parametric_curve(
         Numbers of the nodes there.
     first : int
         Number of the first new node.
-    wanted : float
+    tolerance : float
         Error of the whole area, square radians.
     """
 
@@ -73,14 +75,14 @@ def arcs_of_parametric_curve(
             raise _LostPointsError
         sky, noise = rays
         points, check = sky[:, : len(NODES)], sky[:, len(NODES) : -2]
-        size = lengths(along(DERIVATIVE, points)) @ WEIGHTS
-        off, tangent = along(_TO_CHECK, points) - check, unit(along(_RATE_AT_CHECK, points))
-        # What points miss along the curve does not matter.
+        size = lengths(arc_values(DERIVATIVE, points)) @ WEIGHTS
+        off, tangent = arc_values(_TO_CHECK, points) - check, unit(arc_values(_RATE_AT_CHECK, points))
+        # Errors along the curve do not change the area.
         across = off - np.einsum("apx,apx->ap", off, tangent)[..., None] * tangent
         miss = lengths(across).max(axis=1) * size
-        # Directions are rounded, too.
+        # The rounding of directions is part of the floor.
         floor = (noise + np.finfo(float).eps) * size
-        good = (miss <= wanted / len(pieces.low)) | (miss <= _ROUND_OFF * floor)
+        good = (miss <= tolerance / len(pieces.low)) | (miss <= _ROUND_OFF * floor)
         ends = pieces.left, pieces.right, sky[:, -2], sky[:, -1]
         return Attempt(BoundaryArcs(pieces.index, *ends, points, miss + floor), good, pieces.halves)
 

@@ -12,14 +12,28 @@ from kerrcaustics.spacetime.sphere import lengths
 
 Array = np.ndarray
 
-# Steps of the secant method; its first one, the longest way, and the shortest one that measures a slope, in lengths of
-# the chord. A place is on a curve within so many errors, and off it beyond so many and so far.
-_MOST_STEPS, _FIRST, _FARTHEST, _SHORTEST = 15, 1e-3, 1.0, 1e-7
-_ERRORS, _MOST_ERRORS, _SMALL = 3.0, 10.0, 1e-9
-# Ways along a line between which the curve is looked for where the secant method fails: how many, as far as so many
-# sides of a cell, and the shortest one in lengths of the chord, about. Where more lines than this need it, the curve is
-# lost anyway.
-_WAYS, _REACH, _LEAST, _MOST_ASTRAY = np.linspace(-1, 1, 41), 1.5, 0.1, 500
+# Steps of the secant method.
+_MOST_STEPS = 15
+# Its first step, in lengths of the chord.
+_FIRST = 1e-3
+# Largest offset from the chord, in lengths of the chord: farther away lie other branches.
+_FARTHEST = 1.0
+# Shortest step that gives a slope, in lengths of the chord: differences over shorter ones are round-off.
+_SHORTEST = 1e-7
+# Errors within which a place lies on the curve.
+_ERRORS = 3.0
+# Errors beyond which a place may lie off the curve.
+_MOST_ERRORS = 10.0
+# Offset from the curve, in lengths of the chord, beyond which such a place does.
+_SMALL = 1e-9
+# Offsets between which roots are bracketed if the secant method fails: the sinh-like grid runs over (-1, 1).
+_GRID = np.linspace(-1, 1, 41)
+# Farthest of these offsets, in sides of a cell.
+_REACH = 1.5
+# Offset at which their spacing begins to grow, in lengths of the chord.
+_LEAST = 0.1
+# Most lines that are bracketed: if more fail, the curve is lost.
+_MOST_ASTRAY = 500
 _TIGHT = {"absolute": 1e-15, "relative": 1e-15}
 
 
@@ -27,9 +41,10 @@ _TIGHT = {"absolute": 1e-15, "relative": 1e-15}
 class OnCurves:
     """Places on curves, at parts of chords.
 
-    place: on the chart; rays: the rays there, one after another; slope: growth of the quantity that vanishes on the
-    curve, to the left and over the length of the chord; error: of the directions across the curve, radians, infinite
-    where it is lost.
+    place: Places on the chart.
+    rays: Their rays, in a row.
+    slope: Growth of the quantity that vanishes on the curve, to the left over the length of the chord.
+    error: Errors of the directions across the curve, radians; infinite where it is lost.
     """
 
     place: Float[Array, "chords parts 2"]
@@ -39,11 +54,13 @@ class OnCurves:
 
 
 @dataclass(frozen=True)
-class _Lines(Rows):
+class _CrossLines(Rows):
     """Lines across chords.
 
-    base: on the chord; left: across it, as long as it is; limb: True where that is looked for, else a critical curve;
-    reach: how many lengths of the chord the curve may be away.
+    base: Places on the chords.
+    left: Vectors across the chords, as long as these.
+    limb: True for lines to the limb, False for those to a critical curve.
+    reach: Largest offset of the curve, in lengths of the chord.
     """
 
     base: Float[Array, "lines 2"]
@@ -51,9 +68,11 @@ class _Lines(Rows):
     limb: Bool[Array, " lines"]
     reach: Float[Array, " lines"]
 
-    def at(self, chart: DiscChart, way: Float[Array, " lines"]) -> tuple[ChartRays, Float[Array, " lines"], Array]:
-        """Rays on the lines, what vanishes on the curve, and its error."""
-        rays = chart.rays(*(self.base + way[:, None] * self.left).T)
+    def rays_and_values(
+        self, chart: DiscChart, offset: Float[Array, " lines"]
+    ) -> tuple[ChartRays, Float[Array, " lines"], Array]:
+        """Rays at offsets from the chords, the quantity that vanishes on the curve, and its error."""
+        rays = chart.rays(*(self.base + offset[:, None] * self.left).T)
         return (
             rays,
             np.where(self.limb, rays.height, rays.ratio),
@@ -62,42 +81,44 @@ class _Lines(Rows):
 
 
 @dataclass(frozen=True)
-class _Search(Rows):
+class _SecantSearch(Rows):
     """The secant method on lines.
 
-    way_0, way: two ways along each, the second one the better; value_0, value: there; error: of the second value;
-    slope: of the values.
+    worse, offset: Two offsets from each chord, in its lengths; the second one is the better.
+    worse_value, value: The quantity that vanishes on the curve at these offsets.
+    error: Error of `value`.
+    slope: Rate of change of the values with the offset.
     """
 
-    way_0: Float[Array, " lines"]
-    way: Float[Array, " lines"]
-    value_0: Float[Array, " lines"]
+    worse: Float[Array, " lines"]
+    offset: Float[Array, " lines"]
+    worse_value: Float[Array, " lines"]
     value: Float[Array, " lines"]
     error: Float[Array, " lines"]
     slope: Float[Array, " lines"]
 
     @property
-    def ahead(self) -> Float[Array, " lines"]:
-        """The next way."""
+    def next_offset(self) -> Float[Array, " lines"]:
+        """The next offset."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            step = self.value * (self.way - self.way_0) / (self.value - self.value_0)
-        return np.clip(self.way - np.nan_to_num(step), -_FARTHEST, _FARTHEST)
+            step = self.value * (self.offset - self.worse) / (self.value - self.worse_value)
+        return np.clip(self.offset - np.nan_to_num(step), -_FARTHEST, _FARTHEST)
 
-    def moved(self, way: Array, value: Array, error: Array) -> "_Search":
-        """The search after a step, which may have led away from the curve."""
-        step, better = way - self.way, np.abs(value) < np.abs(self.value)
+    def moved(self, offset: Array, value: Array, error: Array) -> "_SecantSearch":
+        """The search after a step, whose offset is the worse one unless it is nearer to the curve."""
+        step, better = offset - self.offset, np.abs(value) < np.abs(self.value)
         rate = (value - self.value) / np.where(step == 0, 1, step)
         slope = np.where(np.abs(step) > _SHORTEST, rate, self.slope)
-        return _Search(
-            np.where(better, self.way, way),
-            np.where(better, way, self.way),
+        return _SecantSearch(
+            np.where(better, self.offset, offset),
+            np.where(better, offset, self.offset),
             np.where(better, self.value, value),
             np.where(better, value, self.value),
             np.where(better, error, self.error),
             slope,
         )
 
-    def updated(self, rows: Int[Array, " rows"], new: "_Search") -> "_Search":
+    def updated(self, rows: Int[Array, " rows"], new: "_SecantSearch") -> "_SecantSearch":
         """The search with some lines replaced."""
         columns = {name: values.copy() for name, values in vars(self).items()}
         for name, values in columns.items():
@@ -114,10 +135,13 @@ def on_curves(
     order: Int[Array, " chords"],
     rising: Float[Array, " chords"],
 ) -> OnCurves:
-    """Places at parts of chords, led across them to the limb, where the order is 0, or to critical curves.
+    """Places on the limb (order 0) or on critical curves, across parts of chords.
 
-    rising: 1 where the quantity that vanishes there grows to the left of the chord, -1 where it falls, 0 where unknown.
-    axes: rows, two vectors on the chart that are taken to be equally long and normal to each other.
+    axes: Rows, two vectors on the chart that count as orthogonal and of equal length.
+    start, stop: Ends of the chords on the chart.
+    part: Parts of the chords, 0 to 1.
+    order: 0 for the limb, else the order of the critical curve.
+    rising: 1 if the quantity that vanishes on the curve grows to the left of the chord, -1 if it falls, 0 if unknown.
     """
     chord = np.einsum("ni,nij->nj", stop - start, np.linalg.inv(axes))
     left = np.einsum("ni,nij->nj", np.stack([-chord[:, 1], chord[:, 0]], axis=-1), axes)
@@ -125,58 +149,62 @@ def on_curves(
     count = part.shape[1]
     reach = np.maximum(_FARTHEST, _REACH / np.maximum(lengths(chord), 1e-300))
     columns = (np.repeat(column, count, axis=0) for column in (left, order == 0, reach))
-    lines = _Lines(base.reshape(-1, 2), *columns)
-    wanted = np.repeat(rising, count)
-    search, lever = _begun(chart, lines)
+    lines = _CrossLines(base.reshape(-1, 2), *columns)
+    signs = np.repeat(rising, count)
+    search, lever = _first_search(chart, lines)
     active = np.arange(len(lines.base))
     for _ in range(_MOST_STEPS):
         active = active[~(np.abs(search.value[active]) <= _ERRORS * search.error[active])]
         if not len(active):
             break
         here = search[active]
-        way = here.ahead
-        search = search.updated(active, here.moved(way, *lines[active].at(chart, way)[1:]))
-    astray = ~(search.slope * wanted >= 0) | ~(np.abs(search.value) <= _MOST_ERRORS * search.error)
-    here = np.flatnonzero(astray & (wanted != 0))
+        offset = here.next_offset
+        search = search.updated(active, here.moved(offset, *lines[active].rays_and_values(chart, offset)[1:]))
+    astray = ~(search.slope * signs >= 0) | ~(np.abs(search.value) <= _MOST_ERRORS * search.error)
+    here = np.flatnonzero(astray & (signs != 0))
     if 0 < len(here) <= _MOST_ASTRAY:
-        search = search.updated(here, _bracketed(chart, lines[here], wanted[here], search[here]))
-    rays, value, error = lines.at(chart, search.way)
+        search = search.updated(here, _bracketed(chart, lines[here], signs[here], search[here]))
+    rays, value, error = lines.rays_and_values(chart, search.offset)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         off = (np.abs(value) + error) / np.abs(search.slope)
         lost = (np.abs(value) > _MOST_ERRORS * error) & (off > _SMALL)
-        lost |= search.slope * wanted < 0
+        lost |= search.slope * signs < 0
         off = np.where(lost | ~np.isfinite(off), np.inf, off * lever)
-    place = (lines.base + search.way[:, None] * lines.left).reshape(*part.shape, 2)
+    place = (lines.base + search.offset[:, None] * lines.left).reshape(*part.shape, 2)
     return OnCurves(place, rays, search.slope.reshape(part.shape), off.reshape(part.shape))
 
 
-def _begun(chart: DiscChart, lines: _Lines) -> tuple[_Search, Float[Array, " lines"]]:
-    """The search on the chord and next to it; by how much directions change over the length of the chord."""
+def _first_search(chart: DiscChart, lines: _CrossLines) -> tuple[_SecantSearch, Float[Array, " lines"]]:
+    """The first search, on the chord and next to it, and the change of direction per length of the chord, radians."""
     zero, first = np.zeros(len(lines.base)), np.full(len(lines.base), _FIRST)
-    (here, value, error), (beside, other, _) = lines.at(chart, zero), lines.at(chart, first)
+    (here, value, error), (beside, other, _) = lines.rays_and_values(chart, zero), lines.rays_and_values(chart, first)
     lever = lengths(beside.sky - here.sky) / _FIRST
-    return _Search(first, zero, other, value, error, (other - value) / _FIRST), lever
+    return _SecantSearch(first, zero, other, value, error, (other - value) / _FIRST), lever
 
 
-def _bracketed(chart: DiscChart, lines: _Lines, rising: Float[Array, " lines"], search: _Search) -> _Search:
-    """The search where the secant method led to another branch of the curve, or nowhere: the nearest that will do."""
+def _bracketed(
+    chart: DiscChart, lines: _CrossLines, rising: Float[Array, " lines"], search: _SecantSearch
+) -> _SecantSearch:
+    """The search with the nearest root of the right slope, where the secant method found another branch or none."""
     count = len(lines.base)
-    ways = np.sign(_WAYS) * _LEAST * np.expm1(np.abs(_WAYS) * np.log1p(lines.reach / _LEAST)[:, None])
-    value = lines[np.repeat(np.arange(count), len(_WAYS))].at(chart, ways.ravel())[1].reshape(count, -1)
+    offsets = np.sign(_GRID) * _LEAST * np.expm1(np.abs(_GRID) * np.log1p(lines.reach / _LEAST)[:, None])
+    value = lines[np.repeat(np.arange(count), len(_GRID))].rays_and_values(chart, offsets.ravel())[1].reshape(count, -1)
     value = value * rising[:, None]
     passes = (value[:, :-1] < 0) & (value[:, 1:] >= 0)
-    away = np.where(passes, np.abs(ways[:, 1:] + ways[:, :-1]), np.inf)
+    away = np.where(passes, np.abs(offsets[:, 1:] + offsets[:, :-1]), np.inf)
     best = np.argmin(away, axis=1)
     rows = np.flatnonzero(np.isfinite(away[np.arange(count), best]))
     if not len(rows):
         return search
-    low, high = ways[rows, best[rows]], ways[rows, best[rows] + 1]
-    root = bracketed_roots(lambda way, row: lines[row].at(chart, way)[1], (low, high), (rows,), **_TIGHT)
-    way = np.where(np.isfinite(root.x), root.x, (low + high) / 2)
+    low, high = offsets[rows, best[rows]], offsets[rows, best[rows] + 1]
+    root = bracketed_roots(
+        lambda offset, row: lines[row].rays_and_values(chart, offset)[1], (low, high), (rows,), **_TIGHT
+    )
+    offset = np.where(np.isfinite(root.x), root.x, (low + high) / 2)
     step = 1e-3 * (high - low)
-    (_, here, error), (_, beside, _) = (lines[rows].at(chart, w) for w in (way, way + step))
+    (_, here, error), (_, beside, _) = (lines[rows].rays_and_values(chart, w) for w in (offset, offset + step))
     slope = (beside - here) / step
-    return search.updated(rows, _Search(way + step, way, beside, here, error, slope))
+    return search.updated(rows, _SecantSearch(offset + step, offset, beside, here, error, slope))
 
 
 def limb_folds(
@@ -186,7 +214,7 @@ def limb_folds(
     stop: Float[Array, "steps 2"],
     rising: Float[Array, " steps"],
 ) -> Float[Array, "steps 2"]:
-    """Places on the limb, between ends of steps along it, where beams are flat."""
+    """Points of critical curves on the limb, between the ends of steps along it."""
     if not len(start):
         return start
 

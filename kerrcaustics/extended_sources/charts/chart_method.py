@@ -39,18 +39,30 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
-# Wanted error of the area, a part of it.
-_WANTED = 1e-10
-# Places whose images are looked at, in radii from the centre, and circles about the hole in the plane; how close to the
-# limb a place is left out, in radii; most points of critical curves.
-_INSIDE, _BESIDE_IT = np.array([0.0, 0.35, -0.35, 0.7, -0.7]), np.array([1.2, -1.2, 1.5, -1.5])
-_CIRCLES, _MARGIN, _MOST_POINTS = np.array([0.0, 0.6, -0.6]), 0.02, 80
+# Requested relative error of the area.
+_TOLERANCE = 1e-10
+# Places in the disc whose images are checked: distances from the centre, radii.
+_INSIDE = np.array([0.0, 0.35, -0.35, 0.7, -0.7])
+# Places beside the disc whose images are checked: distances from the centre, radii.
+_BESIDE_IT = np.array([1.2, -1.2, 1.5, -1.5])
+# Circles about the hole, in the plane, that hold such places: distances from the centre, radii.
+_CIRCLES = np.array([0.0, 0.6, -0.6])
+# Distance from the limb within which a place is not checked, radii.
+_MARGIN = 0.02
+# Most points of critical curves that are checked on each side of the limb.
+_MOST_POINTS = 80
+# Largest difference of a winding number from a whole number.
 _ROUND = 1e-3
 
 
 @dataclass(frozen=True)
 class _Witnesses(Rows):
-    """Directions of light from known places: whether it comes from the disc, and with the second arrival."""
+    """Directions of light from known places.
+
+    sky: Directions on the search sky.
+    inside: True if the place lies within the disc.
+    second_arrival: True for second arrivals at a sphere.
+    """
 
     sky: Float[Array, "n 3"]
     inside: Bool[Array, " n"]
@@ -73,7 +85,7 @@ def disc_images_on_charts(
     parts, doubts, faults = [], [], []
     for chart in in_steps("chart", charts):
         outline = contours(chart)
-        arcs = arcs_along(chart, outline, _WANTED)
+        arcs = arcs_along(chart, outline, _TOLERANCE)
         first = 1 + max(arcs.last_node, outline.last_node)
         parts.append(arcs.joined(rim_arcs(chart, outline, first)))
         faults += outline.remarks
@@ -93,7 +105,7 @@ def _charts(viewer: Viewer, disc: Disc, max_index: int) -> tuple[list[DiscChart]
     if surface.in_plane:
         return charts_in_plane(ring_of(surface, camera), disc, max_index), None
     domain = leaves_of(surface, camera)
-    curves = curves_near(bounding_curves(camera, max_index, domain.surface), Circle.about(disc.centre, disc.size))
+    curves = curves_near(bounding_curves(camera, max_index, domain.surface), Circle.from_centre(disc.centre, disc.size))
     return charts_on_sphere(domain, curves, disc, max_index), curves
 
 
@@ -141,9 +153,9 @@ def _hole(camera: Viewer) -> Float[Array, " 3"]:
 def _witnesses(
     viewer: Viewer, disc: Disc, max_index: int, curves: CriticalCurves | None, circles: Float[Array, " circles"]
 ) -> tuple[_Witnesses, list[str]]:
-    """Images of places in the disc and beside it, and points of critical curves; what is in doubt.
+    """Images of places in the disc and beside it, points of critical curves, and remarks.
 
-    circles: about the hole in the plane, on which places are looked at: distances from the centre in radii.
+    circles: circles about the hole, in the plane, that hold the places: distances from the centre in radii.
     """
     surface = disc.surface
     certificate = certificate_of(surface, viewer, max_index)
@@ -153,7 +165,7 @@ def _witnesses(
     sure, height = searched.certified, disc.height(vectors)
     domain = certificate.domain
     if domain.level:
-        # The viewer's own place is seen all along the rim.
+        # Light from the viewer's own place arrives all along the rim.
         sure = sure & (angle_between(vectors, from_angles(viewer.inclination, 0.0)) > _MARGIN * disc.size)
     remarks = []
     if not (sure & (height < 0)).any():
@@ -167,7 +179,7 @@ def _witnesses(
 
 
 def _probes(disc: Disc, circles: Float[Array, " circles"]) -> Float[Array, "places 2"]:
-    """Coordinates of places in and beside the disc: few levels hold all of them, as levels are what takes time."""
+    """Coordinates of places in and beside the disc: on few levels, as the search takes a time for each level."""
     x = disc.centre
     if len(x) == 2:
         radius, phi = math.hypot(*x), math.atan2(x[1], x[0])
@@ -189,7 +201,7 @@ def _probes(disc: Disc, circles: Float[Array, " circles"]) -> Float[Array, "plac
 
 
 def _of_curves(disc: Disc, curves: CriticalCurves | None, max_index: int) -> _Witnesses:
-    """Points of critical curves between images, which lie within these if the caustic does within the disc."""
+    """Points of critical curves: they lie within the images of the disc if their caustic points lie within the disc."""
     assert curves is not None
     parts = []
     for curve in curves.curves[:max_index]:
@@ -197,11 +209,11 @@ def _of_curves(disc: Disc, curves: CriticalCurves | None, max_index: int) -> _Wi
         second = curves.domain.line_of_sight(points.edge_phase, points.depth)[1]
         sky = sky_from_line_of_sight(curves.map.camera.frame(), points.line_of_sight)
         parts.append((sky, disc.height(points.direction), second))
-    return _chosen(disc, parts)
+    return _nearest_to_limb(disc, parts)
 
 
 def _of_folds(domain: Ring, disc: Disc, max_index: int, circles: Float[Array, " circles"]) -> _Witnesses:
-    """The same in the plane, on some circles about the hole."""
+    """Points of critical curves in the plane, on some circles about the hole."""
     parts: list[tuple[Array, Array, Array]] = []
     radius = math.hypot(*disc.centre)
     for part in circles.tolist():
@@ -210,11 +222,11 @@ def _of_folds(domain: Ring, disc: Disc, max_index: int, circles: Float[Array, " 
         folds = arcs.low[arcs.folded & (last <= max_index)]
         places = np.stack([folds.radius, folds.azimuth], axis=-1)
         parts.append((folds.sky, disc.height(disc.surface.vectors(places)), np.zeros(len(folds), bool)))
-    return _chosen(disc, parts)
+    return _nearest_to_limb(disc, parts)
 
 
-def _chosen(disc: Disc, parts: list[tuple[Array, Array, Array]]) -> _Witnesses:
-    """The points nearest to the limb, but not on it."""
+def _nearest_to_limb(disc: Disc, parts: list[tuple[Array, Array, Array]]) -> _Witnesses:
+    """The points nearest to the limb, but not on it; parts: directions, heights and second arrivals."""
     if not parts:
         return _Witnesses(np.empty((0, 3)), np.empty(0, bool), np.empty(0, bool))
     sky, height, second = (np.concatenate(column) for column in zip(*parts, strict=True))

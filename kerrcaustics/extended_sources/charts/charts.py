@@ -32,23 +32,38 @@ Lines = Callable[[Array, Array], Array]
 """Directions N (n, 3) at edge phases and heights (n,)."""
 
 _TURN = 2 * math.pi
-# Depths from the rim at which charts end: the sky between is 1e-10 of the rim's distance from the shadow edge wide, or
-# less. And beyond the last critical curve.
-FROM_RIM, _BEYOND = 1e-5, 0.3
-# Edge phases of the lines whose ends are looked at, at first; rounds of more; what they may miss between these, in
-# parts of the way from end to end.
-_LINES, _MOST_ROUNDS, _BENT = 256, 10, 0.02
-# Circles about a disc in the plane are so many of its radii from its centre, but at least a part of its distance from
-# the horizon, as between the lines that are looked at circles are known less well than that; the nearer ones at least
-# a part of the way from the horizon.
-_AROUND, _LEAST_AROUND, _FROM_HORIZON = 1.25, 0.02, 0.5
-# Steps that show the sense of a chart; edge phases, and a part of its height, at which it is looked at.
-_STEP, _SENSES, _INSIDE = 1e-4, np.array([0.3, 1.7, 3.1, 4.4, 5.9]), 0.3
+FROM_RIM = 1e-5
+"""Depth from the rim at which charts end: the sky between is at most 1e-10 of the rim's distance from the edge wide."""
+# Depth beyond the last critical curve at which charts end.
+_BEYOND = 0.3
+# Edge phases of the first lines on which two circles are located.
+_LINES = 256
+# Rounds of more lines between them.
+_MOST_ROUNDS = 10
+# Error of a circle between lines above which a line is added, as a part of the distance between both circles.
+_BENT = 0.02
+# Distance of the circles about a disc in the plane from its centre, in its radii.
+_AROUND = 1.25
+# Least such distance, as a part of the distance from the horizon: circles between lines are less accurate than that.
+_LEAST_AROUND = 0.02
+# Least distance of the nearer circle from the horizon, as a part of the disc's distance from it.
+_FROM_HORIZON = 0.5
+# Steps that show the sense of a chart, radians of edge phase and parts of its height.
+_STEP = 1e-4
+# Edge phases at which sense and parity are taken, radians: the median is robust.
+_SENSES = np.array([0.3, 1.7, 3.1, 4.4, 5.9])
+# Height at which the parity is taken, as a part of the chart's.
+_INSIDE = 0.3
 
 
 @dataclass(frozen=True)
 class Disc:
-    """A disc on a surface. centre: a vector of the surface; size: radius, radians or in the plane a length."""
+    """A disc on a surface.
+
+    surface: The surface.
+    centre: Vector of the surface.
+    size: Radius, radians; in the plane a length.
+    """
 
     surface: End
     centre: Float[Array, " axes"]
@@ -79,9 +94,13 @@ class Disc:
 class ChartRays(Rows):
     """Rays of a chart.
 
-    sky: directions; place: vectors of their ends; height: distance from the limb, negative within the disc, and its
-    error; index: Morse index, or one more than the highest that is wanted; ratio: delta_minus / delta_plus of the beam,
-    and its error.
+    sky: Directions on the search sky.
+    place: Vectors of their ends.
+    height: Distances from the limb, negative within the disc, radians; in the plane lengths.
+    error: Errors of the heights.
+    index: Morse index, at most one more than the highest requested.
+    ratio: delta_minus / delta_plus of the beam.
+    ratio_error: Errors of the ratios.
     """
 
     sky: Float[Array, "n 3"]
@@ -97,9 +116,15 @@ class ChartRays(Rows):
 class DiscChart:
     """A chart of directions by edge phase and height, on which light arrives from a disc.
 
-    low, high: range of heights; rim: -1 if the lower one is the rim, 1 if the upper one is, 0 if neither is;
-    open_ended: whether the chart goes on beyond both; gap: width of the sky between the chart and the rim, as a part of
-    the rim's distance from the hole.
+    camera: The viewer at rest.
+    disc: The disc.
+    surface: The surface, with the arrival that the chart shows.
+    max_index: Highest Morse index requested.
+    lines: Directions by edge phase, radians, and height.
+    low, high: Range of heights.
+    rim: -1 if the lower end is the rim, 1 if the upper end is, 0 if neither is.
+    open_ended: True if the chart continues beyond both ends.
+    gap: Width of the sky between the chart and the rim, as a part of the rim's distance from the hole.
     """
 
     camera: Viewer
@@ -166,12 +191,12 @@ def charts_on_sphere(domain: OneLeaf, curves: CriticalCurves, disc: Disc, max_in
     def rising(phase: Array, height: Array) -> Array:
         return sky(phase, height + domain.rim(phase))
 
-    def once(phase: Array, height: Array) -> Array:
+    def single_arrival(phase: Array, height: Array) -> Array:
         return sky(phase, height + domain.first(phase))
 
     if not domain.has_rim:
         rim, deepest = -1 if domain.level else 0, last - float(domain.first(phases).min())
-        return [DiscChart(camera, disc, surface, max_index, once, 0.0, deepest, rim, gap=domain.gap)]
+        return [DiscChart(camera, disc, surface, max_index, single_arrival, 0.0, deepest, rim, gap=domain.gap)]
     beyond = max(last - float(domain.rim(phases).min()), _BEYOND)
     second = surface.at_second_arrival()
     return [
@@ -181,7 +206,7 @@ def charts_on_sphere(domain: OneLeaf, curves: CriticalCurves, disc: Disc, max_in
 
 
 def charts_in_plane(domain: Ring, disc: Disc, max_index: int) -> list[DiscChart]:
-    """The chart of the lines between two circles about the hole that hold the disc; ValueError if they are not seen."""
+    """The chart of the lines between two circles about the hole that hold the disc; ValueError unless both are seen."""
     radius, horizon = float(lengths(disc.centre)), kerr.horizon(domain.camera.spin)
     nearest, around = radius - disc.size, max(_AROUND * disc.size, _LEAST_AROUND * (radius - horizon))
     radii = np.array([max(radius - around, horizon + _FROM_HORIZON * (nearest - horizon)), radius + around])
@@ -196,7 +221,7 @@ def charts_in_plane(domain: Ring, disc: Disc, max_index: int) -> list[DiscChart]
             f"every line across the shadow edge, but r = {radii[0]:.6g} or {radii[1]:.6g} is not."
         )
     camera = circles.camera
-    rims = _between(circles, radii, [spline for spline in splines if spline is not None])
+    rims = _circle_distances(circles, radii, [spline for spline in splines if spline is not None])
 
     def sky(phase: Array, height: Array) -> Array:
         low, high = rims(phase).T
@@ -205,8 +230,8 @@ def charts_in_plane(domain: Ring, disc: Disc, max_index: int) -> list[DiscChart]
     return [DiscChart(camera, disc, domain.surface.bare(), max_index, sky, 0.0, 1.0, open_ended=True)]
 
 
-def _between(circles: Circles, radii: Float[Array, " 2"], guesses: list[Spline]) -> Spline:
-    """Distances from the shadow edge of two circles by edge phase, looked at on more lines where they bend."""
+def _circle_distances(circles: Circles, radii: Float[Array, " 2"], guesses: list[Spline]) -> Spline:
+    """Distances of two circles from the shadow edge by edge phase, located on more lines where they bend."""
 
     def looked_at(phases: Array) -> Array:
         columns = [
@@ -227,10 +252,10 @@ def _between(circles: Circles, radii: Float[Array, " 2"], guesses: list[Spline])
         if not off.any():
             break
         phases, ends = np.append(phases, middle % _TURN), np.concatenate([ends, new_ends])
-        way = np.argsort(phases)
-        # On both sides of a line that was bent, and of the lines beside it.
+        order = np.argsort(phases)
+        # Check both sides of a line at which a circle was off, and of the lines beside it.
         new = np.append(np.zeros(len(new), bool), off)
         new[near[off]] = True
-        phases, ends, new = phases[way], ends[way], new[way]
+        phases, ends, new = phases[order], ends[order], new[order]
         new |= np.roll(new, 1) | np.roll(new, -1)
     return periodic(phases, ends)

@@ -26,16 +26,23 @@ MOST_RAYS = 1_000_000
 GIVEN_UP = f"the limb and the critical curves need more than {MOST_RAYS} rays, and are not followed"
 """Remark on such a chart."""
 _TURN = 2 * math.pi
-# Most cells, and in one direction; how often cells are halved again where curves in them are in doubt.
-_MOST_CELLS, _FINEST, _MOST_RETRIES = 20_000, 1 << 48, 3
+# Most cells of a group.
+_MOST_CELLS = 20_000
+# Most cells over the chart in one direction: numbers of cells stay exact.
+_FINEST = 1 << 48
+# Times that cells are halved again because curves in them are in doubt.
+_MOST_RETRIES = 3
 _TIGHT = {"absolute": 1e-15, "relative": 1e-15}
 
 
 @dataclass(frozen=True)
-class Nodes(Rows):
-    """Places where the limb (order 0), or the critical curve of an order, passes sides of cells.
+class ContourNodes(Rows):
+    """Crossings of curves with sides of cells.
 
-    number; place: on the chart; index: of the rays there.
+    number: Number of the node.
+    order: 0 on the limb, else the order of the critical curve.
+    place: Place on the chart.
+    index: Morse index of the ray.
     """
 
     number: Int[Array, " nodes"]
@@ -45,13 +52,15 @@ class Nodes(Rows):
 
 
 @dataclass(frozen=True)
-class Steps(Rows):
+class ContourSteps(Rows):
     """Steps along curves, from node to node, each within a cell.
 
-    order: 0 along the limb, else of the critical curve; index: of the images on the limb; left, right: numbers of the
-    nodes; start, stop: places on the chart, edge phases not more than a cell apart; axes: rows, both sides of the cell
-    on the chart; rising: 1 where the disc lies to the right of the limb, -1 where to the left, and 0 along critical
-    curves.
+    order: 0 along the limb, else the order of the critical curve.
+    index: Morse index of the images on the limb, else the order.
+    left, right: Numbers of the nodes at both ends.
+    start, stop: Places of the nodes on the chart; their edge phases differ by at most a cell.
+    axes: Rows, both sides of the cell on the chart.
+    rising: 1 if the disc lies to the right of the limb, -1 if to the left, 0 along critical curves.
     """
 
     order: Int[Array, " steps"]
@@ -66,10 +75,10 @@ class Steps(Rows):
 
 @dataclass(frozen=True, eq=False)
 class Contours:
-    """The curves on a chart; remarks: what is in doubt."""
+    """The curves on a chart; remarks: one for each kind of doubt."""
 
-    nodes: Nodes
-    steps: Steps
+    nodes: ContourNodes
+    steps: ContourSteps
     remarks: tuple[str, ...]
 
     @property
@@ -94,14 +103,14 @@ def contours(chart: DiscChart) -> Contours:
             if not fine:
                 parts.append(Contours(_no_nodes(), _no_steps(), ("the limb is too long to be followed",)))
             elif directions.any():
-                grid.halved(directions)
+                grid.halve(directions)
                 grids.append(grid)
             else:
                 linked = _linked(grid, 1 + max(part.last_node for part in parts))
                 if linked.remarks and grid.retries < _MOST_RETRIES:
-                    # Curves that pass a cell twice look as if they ended there.
+                    # A curve that passes a cell twice appears to end in it.
                     grid.retries += 1
-                    grid.halved(np.array([True, True]))
+                    grid.halve(np.array([True, True]))
                     grids.append(grid)
                 else:
                     parts.append(linked)
@@ -111,38 +120,40 @@ def contours(chart: DiscChart) -> Contours:
 
 
 def _linked(grid: ChartGrid, first: int) -> Contours:
-    """The curves in cells; first: number of the first node."""
-    crossed = _crossed(grid)
+    """The curves within cells; first: number of the first node."""
+    crossed = _side_crossings(grid)
     steps, doubts = _steps(grid, crossed)
     nodes = replace(crossed.nodes, number=crossed.nodes.number + first)
     steps = replace(steps, left=steps.left + first, right=steps.right + first)
     return Contours(nodes, steps, (*crossed.remarks, *doubts))
 
 
-def _no_nodes() -> Nodes:
+def _no_nodes() -> ContourNodes:
     number = np.empty(0, int)
-    return Nodes(number, number, np.empty((0, 2)), number)
+    return ContourNodes(number, number, np.empty((0, 2)), number)
 
 
-def _no_steps() -> Steps:
+def _no_steps() -> ContourSteps:
     number, place = np.empty(0, int), np.empty((0, 2))
-    return Steps(number, number, number, number, place, place, np.empty((0, 2, 2)), np.empty(0))
+    return ContourSteps(number, number, number, number, place, place, np.empty((0, 2, 2)), np.empty(0))
 
 
 @dataclass(frozen=True, eq=False)
-class _Crossed:
+class _SideCrossings:
     """Crossings of curves with the sides of cells.
 
-    limb, critical: the number of the node on each side of each cell, -1 where there is none; remarks.
+    nodes: The nodes, each once.
+    limb, critical: Number of the node on each side of each cell, -1 if there is none.
+    remarks: One for each kind of doubt.
     """
 
-    nodes: Nodes
+    nodes: ContourNodes
     limb: Int[Array, "cells 4"]
     critical: Int[Array, "cells 4"]
     remarks: tuple[str, ...]
 
 
-def _crossed(grid: ChartGrid) -> _Crossed:
+def _side_crossings(grid: ChartGrid) -> _SideCrossings:
     """The nodes on all sides of cells, each side once."""
     ends = grid.which[:, SIDES].reshape(-1, 2)
     sides, back = np.unique(ends, axis=0, return_inverse=True)
@@ -159,7 +170,7 @@ def _crossed(grid: ChartGrid) -> _Crossed:
     on_limb, on_curve = (grid.chart.rays(*place.T) for place in places)
     inside = on_curve.height < 0
     count = len(limb) + int(inside.sum())
-    nodes = Nodes(
+    nodes = ContourNodes(
         np.arange(count),
         np.concatenate([np.zeros(len(limb), int), index[critical].max(axis=1)[inside]]),
         np.concatenate([places[0], places[1][inside]]),
@@ -171,7 +182,7 @@ def _crossed(grid: ChartGrid) -> _Crossed:
     wide = int(((jump > 1) & (height.min(axis=1) < 0) & (index.min(axis=1) <= grid.chart.max_index)).sum())
     remarks = (f"{wide} sides of cells between images whose indices differ by more than one",) if wide else ()
     limb_nodes, curve_nodes = numbers[:, back.reshape(-1, 4)]
-    return _Crossed(nodes, limb_nodes, curve_nodes, remarks)
+    return _SideCrossings(nodes, limb_nodes, curve_nodes, remarks)
 
 
 def _wrapped(step: Float[Array, "*batch 2"]) -> Float[Array, "*batch 2"]:
@@ -193,16 +204,16 @@ def _roots(chart: DiscChart, low: Array, step: Array, field: str) -> Float[Array
     return low + np.where(np.isfinite(root.x), root.x, 0.5)[:, None] * step
 
 
-def _steps(grid: ChartGrid, crossed: _Crossed) -> tuple[Steps, tuple[str, ...]]:
-    """Steps within cells, and what is in doubt."""
+def _steps(grid: ChartGrid, crossed: _SideCrossings) -> tuple[ContourSteps, tuple[str, ...]]:
+    """Steps within cells, and remarks."""
     nodes, highest = crossed.nodes, grid.chart.max_index
     cell, left, right, cut = _pairs(grid, crossed.limb)
     first, second = nodes.index[left], nodes.index[right]
     used = np.minimum(first, second) <= highest
     base = grid.place(grid.cells[cell])
-    ends = [_beside(base, nodes.place[i]) for i in (left, right)]
+    ends = [_unwrapped(base, nodes.place[i]) for i in (left, right)]
     rising = _rising(grid, cell, ends, cut)
-    along = Steps(np.zeros(len(cell), int), first, left, right, ends[0], ends[1], _sized(grid, cell), rising)
+    along = ContourSteps(np.zeros(len(cell), int), first, left, right, ends[0], ends[1], _sized(grid, cell), rising)
     bent = np.flatnonzero(used & (np.abs(first - second) == 1))
     place = limb_folds(grid.chart, _sized(grid, bent), ends[0][bent], ends[1][bent], rising[bent])
     event = len(nodes.order) + np.arange(len(bent))
@@ -232,8 +243,8 @@ def _sized(grid: ChartGrid, cell: Int[Array, " n"]) -> Float[Array, "n 2 2"]:
     return np.tile(grid.axes, (len(cell), 1, 1))
 
 
-def _beside(base: Float[Array, "n 2"], place: Float[Array, "n 2"]) -> Float[Array, "n 2"]:
-    """Places with edge phases within a cell of that at `base`."""
+def _unwrapped(base: Float[Array, "n 2"], place: Float[Array, "n 2"]) -> Float[Array, "n 2"]:
+    """Places with edge phases within half a turn of that at `base`."""
     return base + _wrapped(place - base)
 
 
@@ -274,11 +285,11 @@ def _rising(
     return np.where(to_left == inside, -1.0, 1.0)
 
 
-def _critical(grid: ChartGrid, crossed: _Crossed, events: _OnCurve) -> tuple[Steps, tuple[str, ...]]:
+def _critical(grid: ChartGrid, crossed: _SideCrossings, events: _OnCurve) -> tuple[ContourSteps, tuple[str, ...]]:
     """Steps along critical curves within the disc; events: where they meet the limb."""
     cell, side = np.nonzero(crossed.critical >= 0)
     number = crossed.critical[cell, side]
-    place = _beside(grid.place(grid.cells[cell]), crossed.nodes.place[number])
+    place = _unwrapped(grid.place(grid.cells[cell]), crossed.nodes.place[number])
     every = _OnCurve(cell, crossed.nodes.order[number], number, place).joined(events)
     every = every[np.lexsort((every.order, every.cell))]
     apart = (np.diff(every.cell) != 0) | (np.diff(every.order) != 0)
@@ -291,7 +302,7 @@ def _critical(grid: ChartGrid, crossed: _Crossed, events: _OnCurve) -> tuple[Ste
             away = lengths((every.place[first] - every.place[left]) @ np.linalg.inv(grid.axes))
             pairs.append(np.array([[first, left.pop(int(np.argmin(away)))]]))
     first, second = (every[side] for side in np.concatenate(pairs).T)
-    steps = Steps(
+    steps = ContourSteps(
         first.order,
         first.order,
         first.number,

@@ -1,7 +1,7 @@
 """The limb of a disc where all caustics are points: without spin, or from a place on the spin axis.
 
-There the sky is symmetric about the direction to the hole, and space about the line through hole and viewer: one line
-of rays across the sky shows where every point is seen. So the limb is known however close it comes to a caustic.
+There the sky is symmetric about the direction to the hole, and space about the line through hole and viewer. One line
+of rays across the sky gives the images of every point, and hence of the limb, however close it lies to a caustic.
 """
 
 import math
@@ -25,10 +25,14 @@ from kerrcaustics.spacetime.sphere import from_angles, polar_angle, polar_basis
 
 Array = np.ndarray
 
-# Rays of a line between two critical curves; steps by which places along it are improved.
-_RAYS, _STEPS = 200, 2
-# Arcs of an image at least; the shortest next to a caustic, radians of longitude.
-_ARCS, _SHORTEST = 12, 1e-13
+# Rays of a line between two critical curves.
+_RAYS = 200
+# Newton steps of places along the line.
+_STEPS = 2
+# Fewest arcs of an image.
+_ARCS = 12
+# Shortest arc next to a caustic, radians of longitude.
+_SHORTEST = 1e-13
 
 
 def symmetric(sheets: Sheets) -> bool:
@@ -47,15 +51,15 @@ class AxialLimb:
         first = int(sheets.curves.domain.unbounded)
         self._images = [_SheetImages(sheets, sheet, axis, circle) for sheet in sheets.sheets[first:]]
 
-    def arcs(self, wanted: float) -> BoundaryArcs:
-        """Arcs along all images; wanted: error of the sum of their areas, square radians."""
+    def arcs(self, tolerance: float) -> BoundaryArcs:
+        """Arcs along all images; tolerance: error of the sum of their areas, square radians."""
         low, high = self._longitude[:-1], self._longitude[1:]
         count, parts = len(low), []
         for images in self._images:
             first = 1 + max((int(part.right.max()) for part in parts), default=-1)
             left, index = first + np.arange(count), np.full(count, images.sheet.index)
             arcs = arcs_of_parametric_curve(
-                images.traced, index, low, high, left, np.roll(left, -1), first + count, wanted
+                images.trace, index, low, high, left, np.roll(left, -1), first + count, tolerance
             )
             assert arcs is not None
             parts.append(arcs)
@@ -76,7 +80,10 @@ def _longitudes(circle: Circle, axis: Float[Array, "3 3"]) -> Float[Array, " lon
 class _SheetImages:
     """Images of the points of a circle with one Morse index.
 
-    axis: rows e_theta, e_phi at the viewer and the direction from the hole to it.
+    sheets: The sheets of the viewer's sky.
+    sheet: The sheet of this index.
+    axis: Rows: e_theta and e_phi at the viewer, and the direction from the hole to the viewer.
+    circle: The circle.
     """
 
     sheets: Sheets
@@ -84,7 +91,7 @@ class _SheetImages:
     axis: Float[Array, "3 3"]
     circle: Circle
 
-    def traced(
+    def trace(
         self, low: Float[Array, " arcs"], high: Float[Array, " arcs"]
     ) -> tuple[Float[Array, "arcs places 3"], Float[Array, " arcs"]]:
         """Directions at places of arcs between longitudes, and their errors across the limb."""
@@ -109,15 +116,16 @@ class _SheetImages:
 
     @cached_property
     def _line(self) -> tuple[Spline, Spline, Spline, Spline]:
-        """Along a line of rays: the part of the sheet by the angle swept, and that by it.
+        """Functions along a line of rays.
 
-        Then by the angle swept the azimuth of ends less the position angle, and by the part the angle from the hole.
+        The part of the sheet as a function of the angle swept, and its inverse; the azimuth of ends less the position
+        angle, as a function of the angle swept; the angle from the hole as a function of the part.
         """
         part, phase = (1 - np.cos(np.linspace(0, math.pi, _RAYS))) / 2, np.zeros(_RAYS)
         sight = self.sheets.line_of_sight(phase, self.sheet.depth(phase, part))
         swept, azimuth = self._swept(self._beams(self.sheets.sky(sight)).direction)
         away = polar_angle(np.stack([sight[:, 1], sight[:, 2], -sight[:, 0]], axis=-1))
-        # At both ends lie caustics.
+        # Both ends lie on caustics, where the azimuth is undefined.
         turned = np.unwrap(azimuth - np.arctan2(sight[:, 2], sight[:, 1]))[1:-1]
         swept[[0, -1]] = 0.0, math.pi
         return (

@@ -1,4 +1,4 @@
-"""Arcs of critical curves whose caustics lie within a disc: they bound what is seen of it with each Morse index."""
+"""Arcs of critical curves whose caustics lie within a disc: they separate its images of different Morse index."""
 
 import math
 from dataclasses import dataclass
@@ -30,13 +30,13 @@ class LimbCrossings:
     edge_phase: Float[Array, " crossings"]
 
     @classmethod
-    def none(cls) -> "LimbCrossings":
+    def empty(cls) -> "LimbCrossings":
         """Crossings of a limb that no caustic crosses."""
         return cls(np.empty(0, int), np.empty(0))
 
 
 def critical_arcs(
-    sheets: Sheets, circle: Circle, crossings: LimbCrossings, curve: CriticalCurve, first: int, wanted: float
+    sheets: Sheets, circle: Circle, crossings: LimbCrossings, curve: CriticalCurve, first: int, tolerance: float
 ) -> tuple[BoundaryArcs, tuple[str, ...]]:
     """The arcs of a critical curve whose caustic lies within a circle, toward larger edge phase.
 
@@ -52,7 +52,7 @@ def critical_arcs(
         One of the sheets.
     first : int
         Number of the first node that is not a crossing.
-    wanted : float
+    tolerance : float
         Error of the area, square radians.
 
     Returns
@@ -60,7 +60,7 @@ def critical_arcs(
     arcs : BoundaryArcs
         Their index is the order of the curve.
     remarks : tuple of str
-        What is in doubt.
+        One for each doubt.
     """
     phase = crossings.edge_phase % _TURN
     here = np.flatnonzero(crossings.order == curve.order)
@@ -74,7 +74,7 @@ def critical_arcs(
     inside = _inside(curve, circle, low, high)
     low, high, left, right = low[inside], high[inside], left[inside], right[inside]
     if not len(low):
-        return _none(), ()
+        return _no_arcs(), ()
     parts = np.ceil((high - low) / _LONGEST).astype(int).tolist()
     ends = [np.linspace(a, b, n + 1) for a, b, n in zip(low, high, parts, strict=True)]
     numbers = []
@@ -84,13 +84,13 @@ def critical_arcs(
     low, high = (np.concatenate([e[s] for e in ends]) for s in (slice(None, -1), slice(1, None)))
     left, right = (np.concatenate([e[s] for e in numbers]) for s in (slice(None, -1), slice(1, None)))
     order = np.full(len(low), curve.order)
-    arcs = arcs_of_parametric_curve(partial(_traced, sheets, curve), order, low, high, left, right, first, wanted)
+    arcs = arcs_of_parametric_curve(partial(_trace, sheets, curve), order, low, high, left, right, first, tolerance)
     if arcs is None:
-        return _none(), (f"points of the critical curve of order {curve.order} could not be found",)
+        return _no_arcs(), (f"points of the critical curve of order {curve.order} could not be found",)
     return arcs, ()
 
 
-def _none() -> BoundaryArcs:
+def _no_arcs() -> BoundaryArcs:
     number, place = np.empty(0, int), np.empty((0, 3))
     return BoundaryArcs(number, number, number, place, place, np.empty((0, len(NODES), 3)), np.empty(0))
 
@@ -108,16 +108,16 @@ def _inside(
     return inside
 
 
-def _traced(
+def _trace(
     sheets: Sheets, curve: CriticalCurve, low: Float[Array, " arcs"], high: Float[Array, " arcs"]
 ) -> tuple[Float[Array, "arcs places 3"], Float[Array, " arcs"]] | None:
     """Directions at `PLACES` of arcs, and errors across the curve; None where some are lost."""
     phase = at_places(low, high)
-    wanted, back = np.unique(phase, return_inverse=True)
-    points = points_between(sheets.curves.search(), {curve.order: curve.over_three_turns()}, {curve.order: wanted})[
+    requested, back = np.unique(phase, return_inverse=True)
+    points = points_between(sheets.curves.search(), {curve.order: curve.over_three_turns()}, {curve.order: requested})[
         curve.order
     ]
-    if len(points) < len(wanted):
+    if len(points) < len(requested):
         return None
     sky = sheets.sky(points.line_of_sight)
     beams = beams_of_directions(

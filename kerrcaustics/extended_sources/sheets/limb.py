@@ -1,10 +1,9 @@
 """The limb of a disc on the camera sky: arcs along the curve on which light comes from the disc's rim.
 
-Light from the direction N left the surface at an angle from the centre of the disc that is a smooth function of N, at
-folds too: its gradient is J^T u, with u the unit vector away from the centre. So what a curve misses the limb by, times
-its length, is the error of the area that it bounds; errors along the curve do not matter. Points are brought to the
-limb by Newton's method, to the star at their longitude; next to folds, where that leads far along the limb, along the
-gradient.
+The angle from the centre of the disc at which light from the direction N leaves the surface is a smooth function of N,
+at folds too: its gradient is J^T u, with u the unit vector away from the centre. The distance of a curve from the limb
+times its length is the error of the area that it bounds; errors along the curve do not matter. Newton's method leads
+points to the limb at their longitude; next to folds, where it would lead far along the limb, steps follow the gradient.
 """
 
 from dataclasses import dataclass, replace
@@ -21,7 +20,7 @@ from kerrcaustics.extended_sources.arcs.boundary_arcs import (
     WEIGHTS,
     Attempt,
     BoundaryArcs,
-    along,
+    arc_values,
     arcs_by_halving,
     at_nodes,
     values_at,
@@ -42,17 +41,25 @@ _Places = Float[Array, "arcs nodes 3"]
 _Reals = Float[Array, "arcs nodes"]
 _OfArcs = Float[Array, " arcs"]
 
-# Rounds of halving; steps toward the limb of the ends of arcs.
-_MOST_HALVINGS, _STEPS = 16, 3
+# Rounds of halving.
+_MOST_HALVINGS = 16
+# Newton steps of the ends of arcs toward the limb.
+_STEPS = 3
 # Arcs that are halved together, at most: more are a sign that the limb is lost.
 _MOST_ARCS = 5000
-# Longest steps, in parts of an arc: of Newton's method, elsewhere and at folds, and along the gradient; cosine of the
-# angle between arc and gradient above which the arc has lost the limb.
-_LONGEST_STEP, _LONGEST_AT_FOLD, _LONGEST_PART, _MOST_COSINE = 0.25, 0.02, 0.3, 0.5
-# Longest turn about the hole, radians, of arcs of images of index 2 that are moved along the limb, times the next for
-# each more: as the square root of the thickness of the layers of images.
-_LONGEST_TURN, _THINNER = 0.002, 0.2
-# An arc is not halved where its error is below so many times that of the rays.
+# Longest Newton step, in lengths of the arc.
+_LONGEST_STEP = 0.25
+# Longest Newton step next to a fold, in lengths of the arc: J^-1 is uncertain there.
+_LONGEST_AT_FOLD = 0.02
+# Longest step along the gradient, in lengths of the arc.
+_LONGEST_PART = 0.3
+# Cosine of the angle between arc and gradient above which the arc has lost the limb.
+_MOST_COSINE = 0.5
+# Longest turn about the hole of arcs of images of index 2 that are moved along the limb, radians.
+_LONGEST_TURN = 0.002
+# Factor of this turn for each higher index: the square root of the factor of the layers' thickness.
+_THINNER = 0.2
+# Error of an arc over that of its rays below which halving gains nothing.
 _ROUND_OFF = 5.0
 
 _ENDED_GUESS, _ENDED = (np.concatenate([[-1.0], nodes, [1.0]]) for nodes in (GUESSED, NODES))
@@ -66,8 +73,10 @@ _TO_MIDDLE = values_at(_ENDED, _MIDDLE)
 class GuessedArcs(Rows):
     """Arcs near the limb.
 
-    links: between nodes of a level curve; at_fold: True for arcs from a link that ends at a fold; start, stop:
-    directions of the nodes; guess: directions at `GUESSED`.
+    links: Links between nodes of a level curve.
+    at_fold: True for arcs from a link that ends at a fold.
+    start, stop: Directions of the nodes.
+    guess: Directions at `GUESSED`.
     """
 
     links: Links
@@ -78,13 +87,18 @@ class GuessedArcs(Rows):
 
     def arcs(self) -> BoundaryArcs:
         """The guesses as arcs, not brought to the limb."""
-        points, links = unit(along(_TO_NODES, with_ends(self.start, self.guess, self.stop))), self.links
+        points, links = unit(arc_values(_TO_NODES, with_ends(self.start, self.guess, self.stop))), self.links
         return BoundaryArcs(links.index, links.left, links.right, self.start, self.stop, points, np.zeros(len(points)))
 
 
 @dataclass(frozen=True)
 class Offset:
-    """The way to the limb: its length, positive inward; unit vectors inward; errors of the length."""
+    """Offsets of directions from the limb.
+
+    length: Angles to the limb, radians, positive outside the image of the disc.
+    inward: Unit vectors toward the image.
+    error: Errors of the lengths, radians.
+    """
 
     length: Float[Array, "*batch"]
     inward: Float[Array, "*batch 3"]
@@ -95,8 +109,11 @@ class Offset:
 class Limb:
     """The limb of a disc on a surface, for a viewer at rest.
 
-    circle: its rim; evenly: points of long arcs in thin layers next to the hole stay evenly spread, so that they show
-    how these bend; ended: ends of guesses lie on the limb, as certified images of its points do.
+    camera: The viewer at rest.
+    surface: The surface.
+    circle: The rim of the disc.
+    evenly: True to keep the points of long arcs evenly spread, in the thin layers next to the hole that they resolve.
+    ended: True if the ends of guesses are certified images of points of the limb.
     """
 
     camera: Viewer
@@ -105,38 +122,38 @@ class Limb:
     evenly: bool = False
     ended: bool = False
 
-    def arcs(self, guessed: GuessedArcs, first: int, wanted: float) -> tuple[BoundaryArcs, int]:
-        """Arcs on the limb from guesses, and how many of them are in doubt.
+    def arcs(self, guessed: GuessedArcs, first: int, tolerance: float) -> tuple[BoundaryArcs, int]:
+        """Arcs on the limb from guesses, and the number of arcs in doubt.
 
-        first: number of the first new node; wanted: error of the whole area, square radians.
+        first: number of the first new node; tolerance: error of the whole area, square radians.
         """
-        arcs, doubtful = self._arcs(guessed, first, wanted)
+        arcs, doubtful = self._arcs(guessed, first, tolerance)
         if doubtful:
-            even_arcs, fewer = replace(self, evenly=True)._arcs(guessed, first, wanted)
+            even_arcs, fewer = replace(self, evenly=True)._arcs(guessed, first, tolerance)
             if fewer < doubtful:
                 return even_arcs, fewer
         return arcs, doubtful
 
-    def _arcs(self, guessed: GuessedArcs, first: int, wanted: float) -> tuple[BoundaryArcs, int]:
+    def _arcs(self, guessed: GuessedArcs, first: int, tolerance: float) -> tuple[BoundaryArcs, int]:
         size = _lengths_of(with_ends(guessed.start, guessed.guess, guessed.stop))
         ends, part = np.concatenate([guessed.start, guessed.stop]), np.repeat([-1.0, 1.0], len(guessed))
         if not self.ended:
             ends = self._on_limb(ends, guessed.joined(guessed), part, np.tile(size, 2))
-        # Each arc brings a node to a place of its own along the limb.
+        # Arcs that meet move their common node to different places along the limb.
         start, stop = np.split(at_nodes(guessed.links.left, guessed.links.right, ends), 2)
         guessed = replace(guessed, start=start, stop=stop)
 
         def attempt(pieces: tuple[GuessedArcs, Array]) -> Attempt[tuple[GuessedArcs, Array], BoundaryArcs]:
             (guessed, size), links = pieces, pieces[0].links
             guess = self._moved(guessed.guess, guessed, GUESSED[None], size)[0]
-            points = unit(along(_TO_NODES, with_ends(guessed.start, guess, guessed.stop)))
-            rate = along(DERIVATIVE, points)
+            points = unit(arc_values(_TO_NODES, with_ends(guessed.start, guess, guessed.stop)))
+            rate = arc_values(DERIVATIVE, points)
             speed = lengths(rate)
             size = speed @ WEIGHTS
             points, offset = self._moved(points, guessed, NODES[None], size)
             beside, noise = ((part * speed) @ WEIGHTS for part in (np.abs(offset.length), offset.error))
             lost = (np.abs(np.einsum("anx,anx->an", rate, offset.inward)) > _MOST_COSINE * speed).any(axis=1)
-            good = ~lost & ((beside <= wanted / len(links)) | (beside <= _ROUND_OFF * noise))
+            good = ~lost & ((beside <= tolerance / len(links)) | (beside <= _ROUND_OFF * noise))
             ends = links.left, links.right, guessed.start, guessed.stop
             return Attempt(
                 BoundaryArcs(links.index, *ends, points, beside + noise),
@@ -151,9 +168,9 @@ class Limb:
     ) -> tuple[GuessedArcs, Float[Array, " halves"]]:
         """Both halves of arcs, and their sizes; points: at `NODES`; first: number of the first new node."""
         links, whole = guessed.links, with_ends(guessed.start, points, guessed.stop)
-        middle = self._on_limb(unit(along(_TO_MIDDLE, whole))[:, 0], guessed, np.zeros(len(links)), size)
+        middle = self._on_limb(unit(arc_values(_TO_MIDDLE, whole))[:, 0], guessed, np.zeros(len(links)), size)
         new, p = first + np.arange(len(links)), (links.p_0 + links.p_1) / 2
-        start, stop = (unit(along(half, whole)) for half in _HALVES)
+        start, stop = (unit(arc_values(half, whole)) for half in _HALVES)
         halves = replace(guessed, links=replace(links, right=new, p_1=p), stop=middle, guess=start).joined(
             replace(guessed, links=replace(links, left=new, p_0=p), start=middle, guess=stop)
         )
@@ -170,9 +187,9 @@ class Limb:
     def _moved(
         self, sky: _Places, arcs: GuessedArcs, parts: Float[Array, "#arcs nodes"], size: _OfArcs
     ) -> tuple[_Places, Offset]:
-        """Directions moved toward the limb, and the way there that was seen.
+        """Directions moved toward the limb, and their offsets from it before.
 
-        parts: places along arcs, in (-1, 1), where they are; size: of the arcs, radians.
+        parts: places of the directions along arcs, in (-1, 1); size: lengths of the arcs, radians.
         """
         shape, flat = sky.shape, sky.reshape(-1, 3)
         beams = beams_of_directions(
@@ -191,12 +208,12 @@ class Limb:
         most = _LONGEST_PART * size[far]
         step[far] = np.clip(np.nan_to_num(offset.length[far], posinf=0), -most, most)[:, None] * offset.inward[far]
         offsets = Offset(*(values.reshape(shape[:2] + values.shape[1:]) for values in vars(offset).values()))
-        # Steps bend with the layers of images next to the hole, which are thinner than the ring is bent.
+        # Steps follow the layers of images next to the hole, which are thinner than the sagitta of a straight step.
         reached = chart_of(self.camera).stepped(flat, step, np.ones(len(flat)))[0]
         return reached.reshape(shape), offsets
 
     def offset(self, sky: Float[Array, "n 3"], beams: Beams) -> Offset:
-        """The way to the limb from directions that have been traced."""
+        """Offsets from the limb of directions that have been traced."""
         upward = flattened(beams.direction, self.circle.upward_and_east(beams.direction)[0])
         start, stop = np.einsum("nij,ni->jn", beams.jacobian, upward)[..., None]
         first, second = tangent_basis(sky)

@@ -1,7 +1,7 @@
-"""The limb of a disc on the camera sky, in a few points, with all images of each: guesses of its arcs.
+"""Guesses of the arcs of a disc's limb on the camera sky.
 
-Where no caustic reaches the disc, an image of it is a small closed curve, and a few points of the limb, whose images
-are certified, show it. Else the limb is followed as the tracks of stars are (level_curves/).
+If no caustic reaches the disc, each of its images is a small closed curve, and certified images of a few points of the
+limb give the guesses. Else the limb is followed in the way of the tracks of stars (level_curves/).
 """
 
 import math
@@ -26,9 +26,11 @@ from kerrcaustics.spacetime.sphere import flattened
 
 Array = np.ndarray
 
-# Points of the limb of a disc that no caustic reaches, and the misfit of the steps between their images that is taken
-# for a sure sign of the same image.
-_POINTS, _SURE = 12, 0.3
+# Points of the limb of a disc that no caustic reaches.
+_POINTS = 12
+# Misfit of the step between images of neighbouring points, below which they belong to one image.
+_SURE = 0.3
+# Parts of a link at which arcs are guessed.
 _PARTS = (GUESSED + 1) / 2
 
 
@@ -43,7 +45,7 @@ def from_level_curve(branches: Branches) -> GuessedArcs:
 
 def _guess(chart: Chart, kinds: Int[Array, " arcs"], cubics: Cubics) -> Float[Array, "arcs guesses 3"]:
     """Directions along cubic curves in the coordinates of the chart."""
-    return np.stack([chart.sky(kinds, cubics.at(np.full(len(kinds), part))) for part in _PARTS], axis=1)
+    return np.stack([chart.sky(kinds, cubics.points(np.full(len(kinds), part))) for part in _PARTS], axis=1)
 
 
 def without_caustic(
@@ -84,7 +86,7 @@ def _following(
     place: Float[Array, "images 3"],
     rate: Float[Array, "images 3"],
 ) -> Int[Array, " images"] | None:
-    """The image at the next point of the limb that each goes over to; None if that is in doubt, or no way round."""
+    """The continuation of each image at the next point of the limb; None if it is ambiguous, or does not close."""
     following = np.full(len(star), -1)
     for k in np.unique(index).tolist():
         columns = [np.flatnonzero((star == i) & (index == k)) for i in range(_POINTS)]

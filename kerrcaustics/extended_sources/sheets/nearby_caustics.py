@@ -14,9 +14,14 @@ from kerrcaustics.spacetime.sphere import angle_between, lengths
 
 Array = np.ndarray
 
-# Steps along a caustic that reach the disc are at most so large a part of the disc, or of the distance from its limb;
-# longer ones are divided into so many at once. A step of so few errors is not divided.
-_PART, _MOST_PARTS, _ERRORS, _MOST_ROUNDS = 0.25, 16, 30.0, 20
+# Longest step along a caustic that reaches the disc, as a part of its radius or of the distance from its limb.
+_PART = 0.25
+# Most parts into which a step is divided in one round.
+_MOST_PARTS = 16
+# Length of a step, in errors of its points, below which it is not divided.
+_ERRORS = 30.0
+# Rounds of division.
+_MOST_ROUNDS = 20
 
 
 def refined_near(sheets: Sheets, circle: Circle) -> Sheets:
@@ -76,7 +81,7 @@ def _parts(closed: Points, circle: Circle) -> Array:
 
 def touching_radii(sheets: Sheets, centre: Float[Array, " 3"], angle: float) -> Float[Array, " radii"]:
     """Approximate radii of discs about a centre whose limb touches a caustic or passes a cusp."""
-    sheets = refined_near(sheets, Circle.about(centre, angle))
+    sheets = refined_near(sheets, Circle.from_centre(centre, angle))
     radii = [np.empty(0)]
     for curve in sheets.curves:
         away = angle_between(curve.points.direction, centre)

@@ -33,21 +33,23 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
-# Wanted error of the area, a part of it.
-_WANTED = 1e-10
-# The limb of a disc is taken from a few points where no caustic is closer to its centre than so many radii.
+# Requested relative error of the area.
+_TOLERANCE = 1e-10
+# Distance of the nearest caustic from the centre, in radii, above which a few points of the limb are enough.
 _CLEAR = 1.05
 # Longest step, radians, between points of the limb from which its arcs are guessed.
 _LONGEST_STEP = math.radians(30.0)
-# Places about which the winding of the boundary may be looked at: distances from the centre in radii, and azimuths. The
-# two in the disc, and the one beside it, that are farthest from the caustics are.
+# Places that may serve as probes of the winding of the boundary: distances from the centre in radii, and azimuths.
 _PROBES = np.array(
     [(0.0, 0.0), *((0.3 + 0.06 * i, 2.4 * i) for i in range(9)), *((1.2 + 0.05 * i, 2.4 * i) for i in range(6))]
 )
-_INSIDE, _BESIDE_IT = 2, 1
-# The least area that is taken for that of all images, a part of the largest that a boundary encloses.
+# Probes in the disc, those farthest from the caustics.
+_INSIDE = 2
+# Probes beside the disc.
+_BESIDE_IT = 1
+# Least area of all images, as a part of the largest area that a boundary encloses.
 _LEAST_PART = 1e-3
-# How far from a whole number a winding may be.
+# Largest difference of a winding number from a whole number.
 _ROUND = 1e-3
 
 
@@ -60,7 +62,7 @@ def disc_images_on_sheets(
     weight: Weight | None,
 ) -> DiscImages:
     """The images of a disc on a sphere that rays reach once; parameters as for `disc_images`."""
-    rim = Circle.about(centre, angle)
+    rim = Circle.from_centre(centre, angle)
     sheets = refined_near(sheets_of(viewer, max_index, surface), rim)
     sky = search_sky(viewer)
     limb = _limb(sheets, viewer, rim)
@@ -96,9 +98,10 @@ def _about_viewer(sheets: Sheets, rim: Circle) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class _Probes:
-    """Places in a disc and beside it, and the search for their images, which may go on to other places.
+    """Places in a disc and beside it, and the search for their images.
 
-    radius: distances from the centre of the disc, in radii.
+    radius: Distances from the centre of the disc, in radii.
+    search: The search; its first places are these.
     """
 
     radius: Float[Array, " probes"]
@@ -112,61 +115,64 @@ class _Probes:
 
 
 @dataclass(frozen=True, eq=False)
-class _Followed:
+class _FollowedLimb:
     """The images of the limb of a disc.
 
-    crossings: None where no caustic is near; wanted: error of areas, square radians; doubts, faults: as for
-    `DiscImages.with_remarks`; probes: where they were searched together with the limb.
+    arcs: Arcs along them.
+    crossings: Crossings of caustics with the limb; None if no caustic is near.
+    tolerance: Error of areas, square radians.
+    doubts, faults: As for `DiscImages.with_remarks`.
+    probes: The probes, if their images were searched together with the limb.
     """
 
     arcs: BoundaryArcs
     crossings: LimbCrossings | None
-    wanted: float
+    tolerance: float
     doubts: tuple[str, ...] = ()
     faults: tuple[str, ...] = ()
     probes: _Probes | None = None
 
 
-def _limb(sheets: Sheets, viewer: Viewer, rim: Circle) -> _Followed:
+def _limb(sheets: Sheets, viewer: Viewer, rim: Circle) -> _FollowedLimb:
     """The limb from a few images, about an axis, or followed through folds as the tracks of stars are."""
     nearest = min(distance(curve, rim.axes[2]) for curve in sheets.curves)
     if nearest > _CLEAR * rim.angle:
         radius, place = _probes(sheets, rim, beside_caustics=False)
         guessed, searched = without_caustic(sheets, rim, place)
         if guessed is not None:
-            followed = _brought(sheets, rim, guessed, None, ())
+            followed = _limb_from_guesses(sheets, rim, guessed, None, ())
             # Beside a caustic that is a point images are drawn out to rings.
             if not (followed.doubts and symmetric(sheets)):
                 return replace(followed, probes=_Probes(radius, searched))
     if symmetric(sheets):
         limb = AxialLimb(sheets, rim)
-        wanted = _WANTED * _about(limb.arcs(math.inf), sheets)
+        tolerance = _TOLERANCE * _rough_area(limb.arcs(math.inf), sheets)
         touched = [curve.order for curve in sheets.curves if abs(rim.height(curve.points.direction)).min() < curve.blur]
         faults = tuple(f"the limb passes the caustic of order {k}, which is a point" for k in touched)
-        return _Followed(limb.arcs(wanted), LimbCrossings.none(), wanted, (), faults)
+        return _FollowedLimb(limb.arcs(tolerance), LimbCrossings.empty(), tolerance, (), faults)
     branches = Branches(sheets, viewer, rim, _LONGEST_STEP)
     events = branches.events
     faults = [*events.remarks, *branches.remarks]
     if not events.known.all():
         faults.append(f"the counts beside {(~events.known).sum()} events on the limb are not what they should be")
     crossings = LimbCrossings(events.order, events.points.edge_phase)
-    return _brought(sheets, rim, from_level_curve(branches), crossings, tuple(faults))
+    return _limb_from_guesses(sheets, rim, from_level_curve(branches), crossings, tuple(faults))
 
 
-def _brought(
+def _limb_from_guesses(
     sheets: Sheets, rim: Circle, guessed: GuessedArcs, crossings: LimbCrossings | None, faults: tuple[str, ...]
-) -> _Followed:
-    """Guesses brought to the limb."""
-    wanted = _WANTED * _about(guessed.arcs(), sheets)
+) -> _FollowedLimb:
+    """The limb by Newton's method from guesses."""
+    tolerance = _TOLERANCE * _rough_area(guessed.arcs(), sheets)
     first = _next_node(guessed.links.left, guessed.links.right)
     limb = Limb(sheets.camera, sheets.surface, rim, ended=crossings is None)
-    arcs, doubtful = limb.arcs(guessed, first, wanted)
+    arcs, doubtful = limb.arcs(guessed, first, tolerance)
     doubts = (f"{doubtful} arcs of the limb are in doubt",) if doubtful else ()
-    return _Followed(arcs, crossings, wanted, doubts, faults)
+    return _FollowedLimb(arcs, crossings, tolerance, doubts, faults)
 
 
-def _about(arcs: BoundaryArcs, sheets: Sheets) -> float:
-    """The area of the images, about, on the search sky: square radians."""
+def _rough_area(arcs: BoundaryArcs, sheets: Sheets) -> float:
+    """The approximate area of the images on the search sky, square radians."""
     points = with_ends(arcs.start, arcs.points, arcs.stop)
     hole = _searched_hole(sheets)
     bounds = boundaries(arcs, points, arcs.error, _parity(arcs), hole)
@@ -187,15 +193,15 @@ def _parity(arcs: BoundaryArcs) -> Float[Array, " arcs"]:
     return 1.0 - 2 * (arcs.index % 2)
 
 
-def _critical(sheets: Sheets, rim: Circle, limb: _Followed) -> tuple[BoundaryArcs, tuple[str, ...]]:
-    """The arcs of all critical curves within the images of the disc, and what is in doubt."""
+def _critical(sheets: Sheets, rim: Circle, limb: _FollowedLimb) -> tuple[BoundaryArcs, tuple[str, ...]]:
+    """The arcs of all critical curves within the images of the disc, and remarks."""
     critical, remarks = limb.arcs[:0], ()
     if limb.crossings is None:
         return critical, remarks
     for curve in sheets.curves:
         whole = limb.arcs.joined(critical)
         first = _next_node(whole.left, whole.right)
-        more, doubts = critical_arcs(sheets, rim, limb.crossings, curve, first, limb.wanted)
+        more, doubts = critical_arcs(sheets, rim, limb.crossings, curve, first, limb.tolerance)
         critical, remarks = critical.joined(more), remarks + doubts
     return critical, remarks
 

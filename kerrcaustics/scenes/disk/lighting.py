@@ -261,7 +261,7 @@ def _sight(
 def _matter(motion: str, spin: float) -> tuple[float, ...]:
     """The numbers of a motion for its kernel."""
     sense = 0 if motion == "static" else 1 if is_prograde(motion) else -1
-    fall = Fall.of(spin, sense) if motion.endswith("plunging") else Fall(0.0, 1.0, 0.0)
+    fall = Fall.from_isco(spin, sense) if motion.endswith("plunging") else Fall(0.0, 1.0, 0.0)
     return spin, sense, *(float(number) for number in fall)
 
 

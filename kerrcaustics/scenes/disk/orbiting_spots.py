@@ -140,7 +140,7 @@ class OrbitingSpots:
             raise ValueError(f"Argument `radius` must hold radii of circular orbits, {what}.")
 
     def orbits(self, spin: float) -> SphericalOrbits:
-        """The orbits about a hole, for places at any time: `orbits(spin).at(time)`, with `error` in radians."""
+        """The orbits about a hole, for places at any time: `orbits(spin).places(time)`, with `error` in radians."""
         self.check(spin)
         return SphericalOrbits(spin, self.radius, self.inclination, self.node, self.phase)
 
@@ -243,7 +243,7 @@ class Flock:
     def _meeting(self, at: RayPart, spot: Int[Array, " pairs"]) -> Meeting:
         """Rays as the spots near them measure, in an orthonormal frame of the FIDO there, and in their own."""
         spin, radius = self.orbits.spin, self.orbits.radius[spot]
-        place = self.orbits.part(spot).at(self.moment[spot] + (at.late if self.delay else 0.0))
+        place = self.orbits.part(spot).places(self.moment[spot] + (at.late if self.delay else 0.0))
         frames = _FidoFrames.at(spin, radius, place.vector)
         off = frames.lengths(at.vector - place.vector, 1 / at.u - radius)
         speed = frames.velocity(place.rate)
@@ -274,7 +274,7 @@ class Flock:
             from scipy.spatial import KDTree
 
             late = (number + 0.5) * _BETWEEN if self.delay else 0.0
-            self._trees[number] = KDTree(self.orbits.at(self.moment + late).vector * self.orbits.radius[:, None])
+            self._trees[number] = KDTree(self.orbits.places(self.moment + late).vector * self.orbits.radius[:, None])
         return self._trees[number]
 
 
