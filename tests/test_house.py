@@ -18,9 +18,9 @@ COUNTED = {
     "isinstance on domains outside lens_map": 0,
     "extended and moving sources that import tracks": 0,
     "calls of the engine outside beams and lens_map": 7,
-    "records with several fields in a sentence": 35,
-    "assignments of three constants or more": 33,
-    "functions named by a particle": 113,
+    "records with several fields in a sentence": 13,
+    "assignments of three constants or more": 15,
+    "functions named by a particle": 78,
     "class names in two rooms": 14,
 }
 # Names with an underscore that others define: named tuples, notebooks, anywidget, functools.

@@ -11,7 +11,7 @@ from msgspec.structs import asdict, replace as with_entries
 
 from kerrcaustics.interop.plate_carree import is_fits
 from kerrcaustics.scene_files import contents as tables
-from kerrcaustics.scene_files.validation import about, reject
+from kerrcaustics.scene_files.validation import reject, table_errors
 from kerrcaustics.scenes.catalogue import hipparcos, merged_catalogues, tilted_galaxy, tycho2
 from kerrcaustics.scenes.checkerboard import Checkerboard
 from kerrcaustics.scenes.colour import MeasuredResponse, ResponseLike
@@ -48,7 +48,7 @@ def sky_of(table: tables.SkyTable, folder: Path, files: Files, response: Respons
 
     files: names and hashes, so that a file that changed is read anew; response: to light, as for `black_body`.
     """
-    with about("sky"):
+    with table_errors("sky"):
         match table:
             case tables.NoSky():
                 return None
@@ -64,7 +64,7 @@ def sky_radius_of(contents: tables.Contents, viewer: Viewer) -> float:
     """The radius of the sphere with the sky, infinite where it is left out; ValueError unless all is within."""
     radius, disk = getattr(contents.sky, "radius", None), contents.disk
     rim = 0.0 if disk is None else disk.outer
-    with about("sky"):
+    with table_errors("sky"):
         return float(sky_end(viewer, math.inf if radius is None else radius, rim).radius)
 
 
@@ -73,12 +73,12 @@ def _stars(table: tables.StarsTable, folder: Path, response: ResponseLike) -> St
     turn = tilted_galaxy(*(math.radians(angle) for angle in angles))
     catalogue = hipparcos()
     if table.tycho2 is not None:
-        with about("sky", path="sky.tycho2"):
+        with table_errors("sky", path="sky.tycho2"):
             catalogue = merged_catalogues(catalogue, tycho2(folder / table.tycho2))
     stars = StarField(catalogue, turn, table.band, table.white, response=response)
     if table.nebulae is None:
         return stars
-    with about("sky.nebulae"):
+    with table_errors("sky.nebulae"):
         # Longitudes of FITS files say themselves where they begin.
         turn = stars.galaxy @ (_HALF_TURN if is_fits(table.nebulae.file) else np.eye(3))
         picture = _panorama(table.nebulae, folder, np.eye(3) if table.nebulae.frame == "hole" else turn)
@@ -98,7 +98,7 @@ def response_of(table: str | tables.GridTable, folder: Path, files: Files) -> Re
     """The response to colours of black bodies; files: as for `sky_of`."""
     if isinstance(table, str):
         return table
-    with about(
+    with table_errors(
         "light", path="light.response.file", wavelengths="light.response.file", sensitivities="light.response.file"
     ):
         return MeasuredResponse.read(folder / table.file)
@@ -117,15 +117,15 @@ def disk_of(
 ) -> Disk:
     """The disk; invalid numbers raise ValueError. files, response: as for `sky_of`."""
     table = with_entries(table, inner=inner_rim(table.inner, table.motion, spin))
-    with about("disk"):
+    with table_errors("disk"):
         check_rims(table.inner, table.outer)
         check_above_horizon(float(table.inner), spin)
-    with about("disk.emission"):
+    with table_errors("disk.emission"):
         emission = _emission(table.emission, table, folder, response)
     opacity, slant = table.opacity, table.slant
     if isinstance(emission, Wisps):
         opacity, slant = emission.opacity if opacity is None else opacity, bool(slant)
-    with about("disk"):
+    with table_errors("disk"):
         return Disk(table.inner, table.outer, emission, opacity, table.motion, slant, brightness)
 
 
@@ -173,7 +173,7 @@ def orbiting_spots_of(table: tables.OrbitingSpotsTable, spin: float, response: R
             reject(f"spots.{name}", "be two growing numbers", [low, high])
     low, high = np.array([getattr(table, name) for name in pairs]).T[..., None]
     temperature, brightness, inclination, node = low + (high - low) * parts[:4]
-    with about("spots"):
+    with table_errors("spots"):
         check_rims(table.inner, table.outer)
         inclination = np.where(parts[4] < table.retrograde, 180 - inclination, inclination)
         radius = np.sqrt(table.inner**2 + parts[5] * (table.outer**2 - table.inner**2))
@@ -187,7 +187,7 @@ def orbiting_spots_of(table: tables.OrbitingSpotsTable, spin: float, response: R
 def add_glare(light: Array, flare: tuple[tables.FlareTable, ...], folder: Path, scale: float) -> Array:
     """Light (h, w, 3) after the halos of the lens, one after the other; scale: of the picture, widths go with it."""
     for i, halo in enumerate(flare):
-        with about(f"light.flare[{i}]"):
+        with table_errors(f"light.flare[{i}]"):
             light = with_glare(light, point_spread(halo, folder, scale))
     return light
 

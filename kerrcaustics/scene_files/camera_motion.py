@@ -86,7 +86,7 @@ class Formulated:
         """Return the place at a time."""
         moment = Moment(time, self.formulas)
         radius, theta, phi = (
-            moment.of(self.formulas[name]) if name in self.formulas else Dual(math.inf, 0.0) for name in PLACE_NAMES
+            moment.value(self.formulas[name]) if name in self.formulas else Dual(math.inf, 0.0) for name in PLACE_NAMES
         )
         values = radius.value, math.radians(theta.value), math.radians(phi.value)
         return Place(*values, radius.rate, math.radians(theta.rate), math.radians(phi.rate))

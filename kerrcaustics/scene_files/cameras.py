@@ -27,7 +27,7 @@ from kerrcaustics.scene_files.contents import (
     Varied,
 )
 from kerrcaustics.scene_files.expressions import RESERVED, Formula, Moment, check_names, formula
-from kerrcaustics.scene_files.validation import SceneError, about, reject
+from kerrcaustics.scene_files.validation import SceneError, reject, table_errors
 from kerrcaustics.spacetime.camera import Camera, Velocity
 from kerrcaustics.spacetime.observer import Observer
 from kerrcaustics.spacetime.viewer import Viewer
@@ -47,9 +47,13 @@ CameraMotion = Staying | Splined | Formulated | Geodesic | Circling
 
 @dataclass(frozen=True)
 class CameraPath:
-    """The camera of a scene at every time: its motion, its velocity (None: that of the motion), and all formulas.
+    """The camera of a scene at every time.
 
-    distant: true for an `Observer`, who is at rest at each place.
+    spin: spin of the hole.
+    motion: its place at every time.
+    velocity: its velocity; None for that of the motion.
+    formulas: formulas of the scene by their names.
+    distant: True for an `Observer`, who is at rest at each place.
     """
 
     spin: float
@@ -83,7 +87,7 @@ class CameraPath:
             text = str(error).replace("Argument ", "", 1).replace("`", "")
             raise SceneError(f"camera.path at t = {time:g}: {text}") from None
 
-    def at(self, time: float) -> Moment:
+    def values_at(self, time: float) -> Moment:
         """The values of all names at a time."""
         return Moment(time, self.formulas, named(self.motion.place(time)))
 
@@ -128,7 +132,7 @@ def value_at(varying: "Formula | Splined", moment: Moment) -> float:
     """Return the value of `varied` at a time; a spline keeps its first value before it and its last one after it."""
     if isinstance(varying, Splined):
         return varying.place(min(max(moment.time, varying.span[0]), varying.span[1])).radius
-    return moment.of(varying).value
+    return moment.value(varying).value
 
 
 def _definitions(contents: Contents) -> dict[str, Formula]:
@@ -149,7 +153,7 @@ def _at_rest(contents: Contents) -> tuple[Staying, Velocity]:
     """Return the motion of an observer without a path: none, at any radius."""
     table = contents.camera
     theta = math.radians(90.0 if table.inclination_deg is None else table.inclination_deg)
-    with about("camera", spin="hole.spin"):
+    with table_errors("camera", spin="hole.spin"):
         observer = Observer(spin=contents.hole.spin, radius=table.radius or 0.0, inclination=theta)
     return Staying(Place(observer.radius, theta, math.radians(table.azimuth_deg or 0.0), 0.0, 0.0, 0.0)), "fiducial"
 
@@ -158,7 +162,7 @@ def _staying(contents: Contents) -> tuple[Staying, Velocity]:
     """Return the circular motion of a camera without a path, and its velocity."""
     table, spin = contents.camera, contents.hole.spin
     theta = math.radians(90.0 if table.inclination_deg is None else table.inclination_deg)
-    with about("camera", spin="hole.spin"):
+    with table_errors("camera", spin="hole.spin"):
         camera = Camera(spin, table.radius or 0.0, theta, table.velocity)
         rate = phi_rate(spin, camera.radius, theta, camera.fido_velocity()[2])
     # What is static stays to the last digit.
@@ -185,7 +189,7 @@ def _of_file(path: Path) -> Splined:
 
 def _falling(spin: float, path: GeodesicTable, span: tuple[float, float]) -> Geodesic | Circling:
     theta, azimuth = math.radians(path.inclination_deg), math.radians(path.azimuth_deg)
-    with about("camera.path", spin="hole.spin"):
+    with table_errors("camera.path", spin="hole.spin"):
         if path.velocity == "circular":
             circle = circling(spin, path.radius, theta, azimuth, math.radians(path.heading_deg), path.time)
             return replace(circle, span=(min(path.time, span[0]), max(path.time, span[1])))

@@ -10,7 +10,7 @@ from kerrcaustics.scene_files.builders import brightness_of
 from kerrcaustics.scene_files.cameras import CameraPath, value_at, varied
 from kerrcaustics.scene_files.contents import DiskTable, LightTable, SkyTable, ValueAt, Varied
 from kerrcaustics.scene_files.expressions import Formula, Moment
-from kerrcaustics.scene_files.validation import about, reject
+from kerrcaustics.scene_files.validation import reject, table_errors
 from kerrcaustics.scenes.tones import AUTO, auto_exposure, clipped_fraction, tone_mapped
 from kerrcaustics.shapes import Float, UInt8
 
@@ -20,15 +20,23 @@ Light = Float[Array, "height width 3"]
 _ENTRY = "light.exposure"
 # A film has its exposures from so many frames, in small: the whole of it costs little beside its frames.
 _KEYFRAMES = 9
-# A disk is seen alone where it lets through less than this of the sky; it is nearly black if almost all of that has
-# less than this of a byte.
-_ALONE, _ALMOST_ALL, _SEEN = 1e-3, 0.99, 24
+# Transmission of a disk below which a pixel shows the disk alone.
+_ALONE = 1e-3
+# Part of these pixels that must be dark for a disk to count as nearly black.
+_ALMOST_ALL = 0.99
+# Value of a byte from which a pixel counts as visible.
+_VISIBLE = 24
 # Beyond it single precision ends.
 _BRIGHTEST = 1e30
 
 
 class Development(NamedTuple):
-    """A picture of bytes without overlays, its exposure, and the part of its pixels that are clipped at white."""
+    """A picture of a frame without overlays.
+
+    picture: (height, width, 3) sRGB bytes.
+    exposure: factor of the light.
+    clipped: part of its pixels that are clipped at white.
+    """
 
     picture: UInt8[Array, "height width 3"]
     exposure: float
@@ -36,12 +44,16 @@ class Development(NamedTuple):
 
 
 class ExposureOverTime(NamedTuple):
-    """An exposure that a file gives: a formula, or values at times, of which a spline joins the logarithms."""
+    """The exposure that a scene file gives for every time.
+
+    value: a number, an expression, or values at times whose logarithms a spline joins.
+    path: the path of the camera, whose names the expression may use.
+    """
 
     value: Varied
     path: CameraPath
 
-    def at(self, moment: Moment) -> float:
+    def exposure_at(self, moment: Moment) -> float:
         """The exposure at a time; ValueError unless it is positive and finite."""
         varying = varied(_ENTRY, _logarithms(self.value), self.path)
         value = value_at(varying, moment) if isinstance(varying, Formula) else float(np.exp(value_at(varying, moment)))
@@ -54,14 +66,14 @@ class ExposureOverTime(NamedTuple):
 
 def developed(light: Light, table: LightTable, exposure: float) -> Development:
     """The picture of linear light at an exposure."""
-    with about("light"):
+    with table_errors("light"):
         picture = tone_mapped(light, exposure, table.curve or "linear", table.softening)
         return Development(picture, exposure, clipped_fraction(light, exposure, table.curve or "linear"))
 
 
 def exposure_of(light: Light, table: LightTable) -> float:
     """The exposure by the light of a picture."""
-    with about("light"):
+    with table_errors("light"):
         return auto_exposure(light, table.curve or "linear", table.softening)
 
 
@@ -104,7 +116,7 @@ def dark_disk(disk: DiskTable | None, sky: SkyTable, transmission: Array | None,
     if disk is None or disk.brightness is None or not alone.any():
         return ()
     usual = brightness_of(msgspec.structs.replace(disk, brightness=None), sky)
-    if disk.brightness >= usual or np.quantile(picture[alone].max(axis=-1), _ALMOST_ALL) >= _SEEN:
+    if disk.brightness >= usual or np.quantile(picture[alone].max(axis=-1), _ALMOST_ALL) >= _VISIBLE:
         return ()
     hint = f"without that key it has {usual:g} (--set disk.brightness={usual:g})"
     return (f"The disk, with disk.brightness = {disk.brightness:g}, is nearly black beside its sky; {hint}",)

@@ -22,7 +22,7 @@ _Value = Callable[["Moment"], "Dual"]
 
 
 class Dual(NamedTuple):
-    """A value and its derivative with respect to t."""
+    """A value, and its rate: the derivative with respect to t."""
 
     value: float
     rate: float
@@ -66,7 +66,13 @@ RESERVED = {"t", *CONSTANTS, *_FUNCTIONS, *_EXTREMES}
 
 @dataclass(frozen=True)
 class Formula:
-    """A parsed expression: its entry in the file, its text, and the names in it."""
+    """A parsed expression.
+
+    entry: its entry in the file.
+    text: its text.
+    names: names that occur in it.
+    value: function of a `Moment` that returns its value and derivative.
+    """
 
     entry: str
     text: str
@@ -142,7 +148,7 @@ class Moment:
         self._formulas = formulas
         self._values = {"t": Dual(time, 1.0), **{name: Dual(v, 0.0) for name, v in CONSTANTS.items()}, **(values or {})}
 
-    def of(self, expression: Formula) -> Dual:
+    def value(self, expression: Formula) -> Dual:
         """Value and derivative of a formula; raises a ValueError of one line if it has none."""
         try:
             dual = expression.value(self)
@@ -165,7 +171,7 @@ class Moment:
             if missing is not None:
                 waiting.append(missing)
             else:
-                self._values[waiting.pop()] = self.of(self._formulas[last])
+                self._values[waiting.pop()] = self.value(self._formulas[last])
         return self._values[name]
 
 

@@ -37,10 +37,10 @@ def axes_of(
         forward = np.array([0.0, -1.0 if camera.frame().speed < 0 else 1.0, 0.0])
     else:
         forward = sky_from_line_of_sight(camera.frame(), np.asarray(look, float) / np.linalg.norm(look))
-    return _turned(forward, up, *(math.radians(turn) for turn in turns))
+    return _turned_axes(forward, up, *(math.radians(turn) for turn in turns))
 
 
-def _turned(forward: Array, up: Array, roll: float, yaw: float, pitch: float) -> tuple[Array, Array]:
+def _turned_axes(forward: Array, up: Array, roll: float, yaw: float, pitch: float) -> tuple[Array, Array]:
     up = up - (up @ forward) * forward
     if np.linalg.norm(up) < _SAME:
         # Along the spin axis anything may be up.

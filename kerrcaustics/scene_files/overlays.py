@@ -25,7 +25,7 @@ from kerrcaustics.scene_files.camera_motion import PLACE_NAMES
 from kerrcaustics.scene_files.cameras import CameraPath
 from kerrcaustics.scene_files.contents import OverlaysTable
 from kerrcaustics.scene_files.expressions import Moment
-from kerrcaustics.scene_files.validation import SceneError, about, reject
+from kerrcaustics.scene_files.validation import SceneError, reject, table_errors
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.render import Rendering
 from kerrcaustics.shapes import Bool, Float, UInt8
@@ -119,7 +119,14 @@ def draw_lines(ax: Axes, overlays: OverlaysTable, rendering: Rendering) -> None:
 
 
 class CurveName(NamedTuple):
-    """A name beside a curve, in a direction from its middle (degrees, up from the right), beyond it or within."""
+    """A name beside a curve.
+
+    text: the name.
+    sky: (n, axes) points of the curve.
+    colour: colour of the name.
+    direction: direction from the middle of the curve, degrees, up from the right.
+    within: True for a name on the inner side of the curve.
+    """
 
     text: str
     sky: Float[Array, "n axes"]
@@ -206,7 +213,7 @@ def _draw_tracks(ax: Axes, stars: tuple[float, ...], most: int, rendering: Rende
     view = rendering.view
     limits, lines = (ax.get_xlim(), ax.get_ylim()), []
     for i, theta in enumerate(stars):
-        with about("overlays", theta=f"overlays.tracks[{i}]", camera="overlays.tracks"):
+        with table_errors("overlays", theta=f"overlays.tracks[{i}]", camera="overlays.tracks"):
             star = tracks_of(rendering.camera, math.radians(theta), most, end=rendering.sky_radius)
         for track in star.tracks:
             for index, places in moving_lines(star, track, view.pixels(track.sky), view.width / 2):
@@ -265,7 +272,7 @@ def check_overlays(overlays: OverlaysTable, path: CameraPath, span: tuple[float,
         if not is_color_like(colour) or colour == "none":
             reject(f"overlays.{name}", "be a colour, as white or #FFD700", quoted(colour))
     if overlays.tracks:
-        with about("overlays", camera="overlays.tracks"):
+        with table_errors("overlays", camera="overlays.tracks"):
             for time in span:
                 path.camera(time)[0].orbital_velocity()
 

@@ -16,7 +16,14 @@ LAST: list[tuple[tuple[Any, ...], TracedView]] = []
 
 
 class FrameContents(NamedTuple):
-    """Contents of a frame: the sky, and the radius at which it lies, and matter before it, in what light, and when."""
+    """Contents of a frame.
+
+    sky: the sky; None for a black one.
+    sky_radius: radius of its sphere, M.
+    matter: a disk and a volume, each or None.
+    light: table of the physics of light.
+    time: coordinate time, M.
+    """
 
     sky: Sky | None
     sky_radius: float
@@ -38,10 +45,10 @@ def rendered(
         options |= {"quality": quality, "sky_radius": shown.sky_radius}
         return render(camera, view, shown.sky, motion=motion, **options)
     options |= {"turn": exposure.turn, "turn_weight": exposure.weight.shape}
-    return _traced(camera, view, shown, quality).show(shown.sky, **options)
+    return _traced_view(camera, view, shown, quality).show(shown.sky, **options)
 
 
-def _traced(camera: Viewer, view: Raster, shown: FrameContents, quality: str) -> TracedView:
+def _traced_view(camera: Viewer, view: Raster, shown: FrameContents, quality: str) -> TracedView:
     """The map of a view; that of the frame before where it is the same, as to a camera on a circular orbit."""
     disk = shown.matter[0]
     rims = disk and (disk.inner, disk.outer, disk.opaque)

@@ -27,7 +27,7 @@ from kerrcaustics.scene_files.matter import SceneMatter
 from kerrcaustics.scene_files.named_files import named_files
 from kerrcaustics.scene_files.overrides import with_overrides
 from kerrcaustics.scene_files.renderer import rendered
-from kerrcaustics.scene_files.validation import about, check_contents, in_file, reject
+from kerrcaustics.scene_files.validation import check_contents, file_errors, reject, table_errors
 from kerrcaustics.scene_files.view_over_time import ViewOverTime
 from kerrcaustics.scenes.motion import ShutterMotion
 from kerrcaustics.scenes.raster import Raster
@@ -94,7 +94,7 @@ class SceneFile:
         """The scene in a TOML file. overrides: entries that replace those of the file, as "camera.radius=5"."""
         path = Path(path)
         table = read_toml(path)
-        with in_file(str(path)):
+        with file_errors(str(path)):
             table = with_overrides(table, overrides)
             for entry, value in not_finite(table):
                 if value != math.inf or entry not in _MAY_BE_INFINITE:
@@ -136,7 +136,7 @@ class SceneFile:
     def resized(self, width: int, height: int) -> "SceneFile":
         """The scene in another size, pixels; the flare of the lens, in pixels of the whole picture, goes with it."""
         contents, scale = self.contents, width / self.size[0]
-        with in_file(self.name):
+        with file_errors(self.name):
             replaced = msgspec.structs.replace
             view = replaced(contents.view, width=width, height=height)
             halos = contents.light.flare
@@ -193,7 +193,7 @@ class SceneFile:
 
     def azimuth(self, time: float) -> float:
         """Azimuth phi (radians) of the camera at a time: by so much sky and disk are turned back."""
-        with in_file(self.name):
+        with file_errors(self.name):
             return self._path.camera(time)[1].phi
 
     def view(self, time: float, scale: float = 1.0) -> Raster:
@@ -216,7 +216,7 @@ class SceneFile:
         one_of("quality", quality, get_args(Quality))
         time = self.moment(number)
         camera, view = self._camera_view(time, scale)
-        with in_file(self.name):
+        with file_errors(self.name):
             phi = self._path.camera(time)[1].phi
             shown = self.matter.frame(time, phi, sky_radius_of(self.contents, camera))
             return rendered(camera, view, shown, self._motion(time, phi, scale), quality)
@@ -245,8 +245,8 @@ class SceneFile:
         By the light, a film's is from its keyframes; alone: from the frame itself.
         """
         if not self._by_light:
-            with in_file(self.name):
-                return self._exposure.at(self._path.at(self.moment(number)))
+            with file_errors(self.name):
+                return self._exposure.exposure_at(self._path.values_at(self.moment(number)))
         own = alone or self.frames == 1
         return exposure_of(light, self.contents.light) if own else self._exposed.exposure(number, light)
 
@@ -283,7 +283,7 @@ class SceneFile:
         alone: no other frame of a film is drawn for the exposure.
         """
         light = self.light(rendering, scale)
-        with in_file(self.name):
+        with file_errors(self.name):
             return developed(light, self.contents.light, self.exposure(number, light, alone))
 
     def developed(self, number: int, rendering: Rendering, scale: float = 1.0) -> UInt8[Array, "height width 3"]:
@@ -298,8 +298,8 @@ class SceneFile:
             return picture
         from kerrcaustics.scene_files.overlays import overlaid
 
-        with in_file(self.name):
-            return overlaid(picture, self.contents.overlays, rendering, self._path.at(self.moment(number)))
+        with file_errors(self.name):
+            return overlaid(picture, self.contents.overlays, rendering, self._path.values_at(self.moment(number)))
 
     @property
     def _overlaid(self) -> bool:
@@ -340,7 +340,7 @@ class SceneFile:
             raise ValueError(f"Argument `time` must be a finite number, but is {quoted(time)}.")
         if not 0 < real_number("scale", scale) <= 16:
             raise ValueError(f"Argument `scale` must be more than 0 and at most 16, but is {quoted(scale)}.")
-        with in_file(self.name):
+        with file_errors(self.name):
             camera = self._path.camera(time)[0]
             return camera, self.views.raster(camera, time, scale)
 
@@ -351,7 +351,7 @@ class SceneFile:
             reject("film.end", f"be given, and be later than film.start ({start:g})", end)
         _ = self.matter.sky
         for i, one in enumerate(self.contents.light.flare or ()):
-            with about(f"light.flare[{i}]"):
+            with table_errors(f"light.flare[{i}]"):
                 point_spread(one, self.folder, 1.0)
         _ = self.matter.disk
         for number in sorted({*range(0, self.frames, max(self.frames // _LOOKED_AT, 1)), self.frames - 1}):
@@ -366,5 +366,5 @@ class SceneFile:
         sky_radius_of(self.contents, camera)
         self.views.raster(camera, time, 1.0, trial=True)
         self.matter.volume(time)
-        exposure = 1.0 if self._by_light else self._exposure.at(self._path.at(time))
+        exposure = 1.0 if self._by_light else self._exposure.exposure_at(self._path.values_at(time))
         developed(np.zeros((1, 1, 3), np.float32), self.contents.light, exposure)

@@ -29,7 +29,7 @@ def reject(entry: str, must: str, value: Any) -> NoReturn:
 
 
 @contextmanager
-def in_file(name: str) -> Iterator[None]:
+def file_errors(name: str) -> Iterator[None]:
     """Add the name of the file to errors in it."""
     try:
         yield
@@ -38,7 +38,7 @@ def in_file(name: str) -> Iterator[None]:
 
 
 @contextmanager
-def about(table: str, **keys: str) -> Iterator[None]:
+def table_errors(table: str, **keys: str) -> Iterator[None]:
     """Turn errors about arguments of the package into errors about the keys of a table.
 
     keys: entries by the names of arguments, for those that come from a key of another name.
@@ -61,7 +61,7 @@ def about(table: str, **keys: str) -> Iterator[None]:
 def check_contents(contents: Contents) -> None:
     """Raise ValueError for entries of a scene that exclude each other or lack each other."""
     camera, film = contents.camera, contents.film
-    with about("hole"):
+    with table_errors("hole"):
         checked_spin(contents.hole.spin)
     _check_either("camera", camera, "radius", "path")
     if camera.path is not None:
@@ -77,7 +77,7 @@ def check_contents(contents: Contents) -> None:
         reject("view.look", "be three numbers that are not all zero", list(look))
     if film is not None:
         _check_either("film", film, "frames", "duration")
-        with about("film"):
+        with table_errors("film"):
             shutter_weight("shutter_weight", film.shutter_weight)
     for i, halo in enumerate(contents.light.flare or ()):
         if (halo.file is None) == (halo.share is None) or (halo.share is None) != (halo.width is None):

@@ -14,7 +14,7 @@ from kerrcaustics.scene_files import contents as tables
 from kerrcaustics.scene_files.camera_motion import PLACE_NAMES
 from kerrcaustics.scene_files.cameras import CameraPath
 from kerrcaustics.scene_files.expressions import CONSTANTS, Formula, check_names, formula
-from kerrcaustics.scene_files.validation import SceneError, about, reject
+from kerrcaustics.scene_files.validation import SceneError, reject, table_errors
 from kerrcaustics.scenes.colour import ResponseLike, from_srgb
 from kerrcaustics.scenes.disk.volume import VOLUME_MOTIONS, Volume, VolumeGrid, VolumeLaw
 from kerrcaustics.shapes import Float
@@ -46,9 +46,12 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
 
 @dataclass(frozen=True, eq=False)
 class SpaceLaw(VolumeLaw):
-    """An expression of the place, at one moment: a function of radius, theta and azimuth, turned by an angle.
+    """An expression of the place at one moment, as a function of radius, theta and azimuth.
 
-    entry: in the file; values: of the names in it that are no coordinates of the place.
+    entry: its entry in the file.
+    text: the expression.
+    values: values of its names, but for the coordinates of the place.
+    angle: angle by which it is turned about the spin axis, radians.
     """
 
     entry: str
@@ -108,7 +111,7 @@ def _reduced(function: Callable[[Any, Any], Any], first: Any, rest: tuple[Any, .
 
 def values_in(table: tables.VolumeTable, path: CameraPath, time: float) -> Values:
     """Values at a time of the names in a volume's expressions, but for those of the place."""
-    expressions, moment = _formulas(table), path.at(time)
+    expressions, moment = _formulas(table), path.values_at(time)
     for name in PLACE:
         if name in path.formulas:
             reject("definitions", "have names other than r, theta and phi where there is a volume", repr(name))
@@ -145,7 +148,7 @@ def volume_of(
     density = _law(table, "density", values, folder)
     temperature, colour = (_law(table, name, values, folder) for name in ("temperature", "colour"))
     motion = table.motion if table.motion in VOLUME_MOTIONS else SpaceLaw("volume.motion", table.motion, values)
-    with about("volume"):
+    with table_errors("volume"):
         rims = table.inner, table.outer
         volume = Volume(density, temperature, *rims, table.scale, motion, brightness, response, colour)
         volume.check(spin)
@@ -161,7 +164,7 @@ def _law(table: tables.VolumeTable, name: str, values: Values, folder: Path) -> 
     if isinstance(law, str):
         if name != "colour":
             return SpaceLaw(f"volume.{name}", law, values)
-        with about("volume"):
+        with table_errors("volume"):
             return tuple(from_srgb(law).tolist())
     if not isinstance(law, tables.GridTable):
         return law
@@ -170,7 +173,7 @@ def _law(table: tables.VolumeTable, name: str, values: Values, folder: Path) -> 
     if name != "density" and isinstance(table.density, tables.GridTable):
         density = _array_in(folder / table.density.file, "volume.density.file")
         weights = density if density.shape == grid.shape[:3] else None
-    with about("volume", values=entry):
+    with table_errors("volume", values=entry):
         return VolumeGrid(grid, table.inner, table.outer, weights)
 
 

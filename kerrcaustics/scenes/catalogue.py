@@ -24,20 +24,22 @@ _FILE = Path(__file__).parent / "data" / "hipparcos.npz"
 # North galactic pole (right ascension, declination) and galactic longitude of the north celestial pole, degrees, J2000.
 _POLE, _NODE = (192.85948, 27.12825), 122.93192
 
-# Bytes of a catalogue's file.
+# Largest file of a catalogue, bytes.
 _LARGEST = 1_000_000_000
-# Colour index of the Sun; and a distance on the sky, radians, within which two entries are one star.
-_SUN, _SAME = 0.65, 1e-4
+# Colour index B - V of the Sun.
+_SUN = 0.65
+# Angle (radians) below which two entries are one star.
+_SAME = 1e-4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StarCatalogue(Shown):
-    """Stars: direction (n, 3), unit vectors; magnitude (n,); colour_index (n,), B - V.
+    """A catalogue of stars.
 
     Parameters
     ----------
     direction : (n, 3) array
-        Vectors of any length, such as positions in parsecs. They are normalised here.
+        Vectors of any length, such as positions in parsecs; as an attribute they are unit vectors.
     magnitude : (n,) array
     colour_index : (n,) array
         B - V.

@@ -51,7 +51,7 @@ class CellSearch:
         least (n,): the least solid angle that pixels see in cells, if those are left out where images have faded away.
         """
         stars = np.column_stack([lights.direction, moment])
-        found = pool.map(lambda near: self._found(stars, *near), self._near_stars(lights, least))
+        found = pool.map(lambda near: self._images_in_parts(stars, *near), self._near_stars(lights, least))
         cell, star, at, steps, positive = (np.concatenate(column) for column in zip(_NO_IMAGE, *found, strict=True))
         size = self.cells.size[cell, None]
         place = np.stack([self.cells.x[cell], self.cells.y[cell]], axis=-1) + at * size - 0.5
@@ -72,7 +72,7 @@ class CellSearch:
             for piece in zip(*(np.split(column, pieces) for column in runs), strict=True):
                 yield bins, *piece
 
-    def _found(
+    def _images_in_parts(
         self,
         stars: Float[Array, "s 4"],
         bins: StarBins,

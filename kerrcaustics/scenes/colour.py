@@ -64,7 +64,7 @@ class MeasuredResponse:
             shape = self.sensitivities.shape
             raise ValueError(f"Argument `sensitivities` must have shape ({count}, 3), but has {shape}.")
         check_light("sensitivities", self.sensitivities)
-        if not self.on(_WAVELENGTHS).sum(axis=1).all():
+        if not self.interpolated(_WAVELENGTHS).sum(axis=1).all():
             first, last = _WAVELENGTHS[[0, -1]]
             raise ValueError(f"Argument `sensitivities` must be above 0 somewhere in {first:g} to {last:g} nm in each.")
 
@@ -86,7 +86,7 @@ class MeasuredResponse:
             raise ValueError("Argument `path` must name a file with four numbers in each line.") from None
         return cls(table[:, 0], table[:, 1:])
 
-    def on(self, wavelengths: Float[Array, " m"]) -> Float[Array, "3 m"]:
+    def interpolated(self, wavelengths: Float[Array, " m"]) -> Float[Array, "3 m"]:
         """Sensitivities (3, m) at wavelengths."""
         curves = self.sensitivities.T
         return np.stack([np.interp(wavelengths, self.wavelengths, curve, 0.0, 0.0) for curve in curves])
@@ -100,9 +100,19 @@ DAYLIGHT = 6504.0
 
 # Second radiation constant, nm K.
 _HC_OVER_K = 1.438776877e7
-_COOLEST, _HOTTEST, _TEMPERATURES = 300.0, 1e6, 600
-# Wavelengths (nm) of tables, and the distance in ln g at which their shifted light is worked out.
-_SHORTEST, _LONGEST, _FINE = 1.0, 1e6, 0.002
+# Lowest temperature of the table of black bodies, kelvin.
+_COOLEST = 300.0
+# Highest temperature of this table, kelvin.
+_HOTTEST = 1e6
+# Number of its temperatures, at equal steps of the logarithm.
+_TEMPERATURES = 600
+# Shortest wavelength of a user's spectrum, nm.
+_SHORTEST = 1.0
+# Longest wavelength of a user's spectrum, nm.
+_LONGEST = 1e6
+# Step in ln g of the table of a shifted spectrum.
+_FINE = 0.002
+# Wavelengths at which spectra are integrated, nm.
 _WAVELENGTHS = np.arange(360.0, 831.0, 2.0)
 # Lobes (height, centre, width below, width above; nm) of the colour-matching functions x, y, z.
 _LOBES = (
@@ -365,7 +375,7 @@ def _channels(spectrum: Float[Array, "n wavelengths"], response: ResponseLike) -
     """Linear channels (n, 3) of spectra per wavelength."""
     if response != "cie":
         model = [_lobe(1.0, centre, width, width) for centre, width in _LAYERS]
-        layers = response.on(_WAVELENGTHS) if isinstance(response, MeasuredResponse) else np.stack(model)
+        layers = response.interpolated(_WAVELENGTHS) if isinstance(response, MeasuredResponse) else np.stack(model)
         return spectrum @ layers.T
     matching = np.stack([sum(_lobe(*lobe) for lobe in lobes) for lobes in _LOBES])
     light = spectrum @ matching.T @ _TO_SRGB.T

@@ -75,7 +75,7 @@ def with_glare(
     shape = _point(spread)
     middle = shape.shape[0] // 2, shape.shape[1] // 2
     if not framed:
-        shape, middle = _within(shape, middle, picture.shape[:2])
+        shape, middle = _cropped(shape, middle, picture.shape[:2])
     channels = [_spread(picture[..., i], shape[..., i % shape.shape[2]]) for i in range(3)]
     # Round-off leaves dark pixels a little below zero, of which a tone curve would make anything.
     whole = np.maximum(np.stack(channels, axis=-1), 0)
@@ -153,7 +153,7 @@ def _numbers(name: str, value: ArrayLike) -> Float[Array, "*shape"]:
     return values
 
 
-def _within(
+def _cropped(
     shape: Float[Array, "p q channels"], middle: tuple[int, int], size: tuple[int, ...]
 ) -> tuple[Float[Array, "_p _q channels"], tuple[int, int]]:
     """The part of a point spread function that leads from pixel to pixel of a picture, and its middle."""

@@ -51,9 +51,9 @@ class Footprint(Shown):
         """The footprints of some of the pixels."""
         return Footprint(self.direction[which], self.matrix[which], self.bend[which], self.redshift[which])
 
-    def turned(self, angle: float) -> "Footprint":
+    def turned_by(self, angle: float) -> "Footprint":
         """The footprints turned about the spin axis: their ellipses, along e_theta' and e_phi', turn with them."""
-        return replace(self, direction=turned(self.direction, angle))
+        return replace(self, direction=rotated_about_axis(self.direction, angle))
 
     @cached_property
     def axes(self) -> tuple[Float[Array, " pixels"], Float[Array, " pixels"], Float[Array, " pixels"]]:
@@ -80,7 +80,7 @@ def widest_aspect(side: float) -> float:
     return ASPECT * side if side < 1 else np.inf
 
 
-def turned(vectors: Float[Array, "*batch 3"], angle: ArrayLike) -> Float[Array, "*batch 3"]:
+def rotated_about_axis(vectors: Float[Array, "*batch 3"], angle: ArrayLike) -> Float[Array, "*batch 3"]:
     """Vectors (..., 3) turned about the spin axis by angles (...,), or one: toward larger phi'."""
     x, y, z = np.moveaxis(vectors, -1, 0)
     cos, sin = np.cos(angle), np.sin(angle)

@@ -24,13 +24,19 @@ from kerrcaustics.spacetime.checks import quoted
 Array = np.ndarray
 
 ENDINGS = (".png", ".jpg", ".jpeg", EXR)
-# Bytes of a file, and pixels of a picture, as Pillow has them.
-_LARGEST, _MOST_PIXELS, _TOO_MANY = 4_000_000_000, 178_956_970, "it has too many pixels"
+# Largest file, bytes.
+_LARGEST = 4_000_000_000
+# Largest number of pixels of a picture: twice that at which Pillow warns.
+_MOST_PIXELS = 178_956_970
+_TOO_MANY = "it has too many pixels"
 # Pixels that are decoded together.
 _BLOCK = 1 << 20
-# Where the header of a PNG file has its bits a channel, and the tag of EXIF for turned pictures, with those turns
-# after which height and width have changed places.
-_DEPTH, _ORIENTATION, _LYING = 24, 0x0112, (5, 6, 7, 8)
+# Offset (bytes) of the bits per channel in a PNG file.
+_DEPTH = 24
+# EXIF tag of the turn of the camera.
+_ORIENTATION = 0x0112
+# Values of that tag for which height and width change places.
+_LYING = (5, 6, 7, 8)
 
 
 class LightRows(NamedTuple):

@@ -78,7 +78,7 @@ class ShutterMotion:
                 raise ValueError(f"Argument `{name}` must be two finite numbers, but is {quoted(value)}.")
         shutter_weight("weight", self.weight)
 
-    def about(self, camera: Viewer, view: Raster, time: float) -> "Exposure":
+    def exposure(self, camera: Viewer, view: Raster, time: float) -> "Exposure":
         """The exposure with this moment in its middle."""
         if any(viewer.spin != camera.spin for viewer in self.cameras):
             raise ValueError(f"Argument `motion` must keep the spin of the hole, {camera.spin:g}.")
@@ -135,7 +135,7 @@ class ShutterWeight(NamedTuple):
             return ShutterParts(middle, np.ones(middle.shape), np.full(middle.shape, length))
         whole, centre = self.high - self.low, (self.low + self.high) / 2
         start, stop = (_sums(self.shape, centre + whole * (middle + side * length)) for side in (-0.5, 0.5))
-        sums, all_light = stop - start, self._whole
+        sums, all_light = stop - start, self._integral
         lit = sums[0] > 0
         share = np.where(lit, sums[0], 1.0)
         mean = np.where(lit, sums[1] / share, centre + whole * middle)
@@ -153,7 +153,7 @@ class ShutterWeight(NamedTuple):
         return self._replace(low=start + low * whole, high=start + high * whole)
 
     @property
-    def _whole(self) -> float:
+    def _integral(self) -> float:
         """The integral of the weight over the part that is meant."""
         start, stop = _sums(self.shape, np.array([self.low, self.high]))[0]
         return float(stop - start)
@@ -236,7 +236,7 @@ class Exposure(NamedTuple):
     def of(cls, motion: ShutterMotion | None, camera: Viewer, view: Raster, time: float, quality: str) -> "Exposure":
         """The exposure of a picture: of one moment without motion, and in a draft, whatever moves."""
         moment = ExposedMoment(camera, view, 0.0, time)
-        exposure = cls(moment, moment, moment) if motion is None else motion.about(camera, view, time)
+        exposure = cls(moment, moment, moment) if motion is None else motion.exposure(camera, view, time)
         return cls(moment, moment, moment) if quality == "draft" else exposure
 
     def one_map(self, matter: Sequence[Any]) -> bool:
@@ -253,16 +253,16 @@ class Exposure(NamedTuple):
         """Angle by which the sky turns before the camera."""
         return self.first.azimuth - self.last.azimuth
 
-    def at(self, moment: float) -> ExposedMoment:
+    def moment_at(self, moment: float) -> ExposedMoment:
         """The camera and the rest at a moment."""
         for end, place in zip(self.moments, (-0.5, 0.0, 0.5), strict=True):
             if moment == place:
                 return end
-        azimuth, time = (float(self._between(moment, [one[k] for one in self.moments])) for k in (2, 3))
+        azimuth, time = (float(self._interpolated(moment, [one[k] for one in self.moments])) for k in (2, 3))
         middle = self.middle
         if self.still:
             return ExposedMoment(middle.camera, middle.view, azimuth, time)
-        values = self._between(moment, [one.sight for one in self.moments]).tolist()
+        values = self._interpolated(moment, [one.sight for one in self.moments]).tolist()
         return ExposedMoment(*middle.view.with_moving_numbers(middle.camera.spin, values), azimuth, time)
 
     def pieces(self, count: int) -> "list[Exposure]":
@@ -271,9 +271,9 @@ class Exposure(NamedTuple):
         return [self._piece(*ends[k : k + 3]) for k in range(0, 2 * count, 2)]
 
     def _piece(self, first: float, middle: float, last: float) -> "Exposure":
-        return Exposure(self.at(first), self.at(middle), self.at(last), self.weight.part(first, last))
+        return Exposure(*map(self.moment_at, (first, middle, last)), weight=self.weight.part(first, last))
 
-    def _between(self, moment: float, values: Sequence[Any]) -> Float[Array, "*shape"]:
+    def _interpolated(self, moment: float, values: Sequence[Any]) -> Float[Array, "*shape"]:
         """Return values at a moment, quadratic in time."""
         first, middle, last = (np.asarray(value, float) for value in values)
         return np.asarray(middle + moment * (last - first) + 2 * moment**2 * (last - 2 * middle + first))

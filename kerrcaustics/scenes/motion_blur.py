@@ -19,7 +19,7 @@ from kerrcaustics.scenes.colour import DAYLIGHT
 from kerrcaustics.scenes.disk.crossings import FINEST, DiskCrossings, Lattice, covered, crossings
 from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.emission import BlackBody, Swatches
-from kerrcaustics.scenes.disk.lighting import Looks, lit
+from kerrcaustics.scenes.disk.lighting import Looks, disk_light
 from kerrcaustics.scenes.disk.orbiting_spots import OrbitingSpots
 from kerrcaustics.scenes.disk.turned import turned_disk, turned_volume
 from kerrcaustics.scenes.disk.veil import Glowing, veil_over
@@ -133,7 +133,7 @@ def blurred_matter(exposure: Exposure, matter: Matter, shifts: Shifts, delay: bo
     hidden, plane, beams = np.full(shape, disk is not None and disk.opaque), None, []
     parts = exposure.weight.divided(count)
     for number, (moment, share) in enumerate(zip(parts.moment.tolist(), parts.light.tolist(), strict=True)):
-        now = exposure.at(moment)
+        now = exposure.moment_at(moment)
         if plane is None or not exposure.still:
             plane = _crossings(now, disk, delay, (0, 1) if exposure.still else (number, count))
             beams = [sum(counts) for counts in zip_longest(beams, plane.beams, fillvalue=0)]
@@ -142,7 +142,7 @@ def blurred_matter(exposure: Exposure, matter: Matter, shifts: Shifts, delay: bo
         looks = Looks(now.camera.spin, *shifts, delay, now.time)
         turned = None if volume is None else turned_volume(volume, -now.azimuth)
         veil = veil_over(now.camera, now.view, turned, shifts, len(plane.cells), (now.time, delay))
-        glow, passing = lit(disk and turned_disk(disk, -now.azimuth), plane.cells, shape, looks, veil)
+        glow, passing = disk_light(disk and turned_disk(disk, -now.azimuth), plane.cells, shape, looks, veil)
         light += share * glow / count
         transmission += share * passing / count
     return MatterLight(light, transmission, hidden, tuple(beams))

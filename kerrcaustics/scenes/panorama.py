@@ -23,12 +23,14 @@ from kerrcaustics.spacetime.sphere import from_angles
 
 Array = np.ndarray
 
+# Smallest and largest number of rows.
 _FEWEST_ROWS, _MOST_ROWS = 4, 8192
 # Rows of arrays that are smoothed together.
 _BLOCK = 64
-# Rows from which a file of 8 bits a channel is held in half precision, which is finer than they are, and the factors of
-# its light for which that is so.
-LARGE, _LOWEST, _HIGHEST = 4096, 0.1, 1e4
+LARGE = 4096
+"""Rows from which a file of 8 bits a channel is held in half precision, which still resolves its values."""
+# Factors of its light between which half precision resolves them.
+_LOWEST, _HIGHEST = 0.1, 1e4
 
 
 class Panorama(Sky):
@@ -167,13 +169,13 @@ class Panorama(Sky):
     def to_healpix(self, nside: int, order: healpix.Order = "ring") -> Float32[Array, "3 pixels"]:
         """Light (3, 12 nside^2) in HEALPix, each the mean about a pixel's centre. Needs the package astropy-healpix."""
         theta, phi = healpix.centres(nside, order)
-        return self.around(from_angles(theta, phi), np.full(len(theta), healpix.resolution(nside))).T
+        return self.light_about(from_angles(theta, phi), np.full(len(theta), healpix.resolution(nside))).T
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels; its colours shift by the spectrum."""
         return self._averaged(footprint) * self._shift(footprint.redshift, beaming, colour_shift)
 
-    def around(self, direction: Float[Array, "m 3"], size: Float[Array, " m"]) -> Float32[Array, "m 3"]:
+    def light_about(self, direction: Float[Array, "m 3"], size: Float[Array, " m"]) -> Float32[Array, "m 3"]:
         """Light (m, 3) about directions (m, 3), averaged over neighbourhoods of sizes (m,) in radians."""
         round_ones = Footprint(direction, size[:, None, None] * np.eye(2), np.zeros(len(size)), np.ones(len(size)))
         light = self._averaged(round_ones, math.inf).astype(np.float32)

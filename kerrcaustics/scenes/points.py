@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.scenes.colour import ResponseLike, shifted_light
-from kerrcaustics.scenes.footprint import Footprint, turned
+from kerrcaustics.scenes.footprint import Footprint, rotated_about_axis
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.scene_checks import check_light
 from kerrcaustics.scenes.star_bins import StarBins, star_bins
-from kerrcaustics.scenes.unresolved_stars import StarLayer, faded, limits
+from kerrcaustics.scenes.unresolved_stars import StarLayer, faded_fraction, limits
 from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.checks import real_array
 
@@ -95,12 +95,12 @@ class PointLights:
         found = []
         for limit in np.unique(self.limits).tolist():
             which = self.limits == limit
-            found.append(StarLayer.of(self.direction[which], self.flux[which], self.temperature[which], limit))
+            found.append(StarLayer.from_stars(self.direction[which], self.flux[which], self.temperature[which], limit))
         return found
 
     def some(self, which: Int[Array, " m"] | Bool[Array, " n"], turn: ArrayLike) -> "PointLights":
         """The chosen lights, turned about the spin axis by angles, (m,) or one; they fade as among all."""
-        direction = turned(self.direction[which], turn)
+        direction = rotated_about_axis(self.direction[which], turn)
         return PointLights(direction, self.flux[which], self.temperature[which], self.response, self.limits[which])
 
     def mean_light(
@@ -110,18 +110,22 @@ class PointLights:
         light = np.zeros((len(footprint), 3))
         for layer in self.layers:
             which = np.flatnonzero(seen > layer.limit)
-            part, some = faded(seen[which], layer.limit), footprint.part(which)
+            part, some = faded_fraction(seen[which], layer.limit), footprint.part(which)
             shift = shifted_light(some.redshift, beaming, colour_shift, layer.temperature, self.response)
             light[which] += part[:, None] * layer.light(some) * shift
         return light
 
 
 class Imaged(NamedTuple):
-    """Images on a picture.
+    """Images of stars on a picture.
 
-    place (m, 2), pixels; star (m,); area (m,), the solid angle that a pixel sees; steps (m, 2, 3) of n' for one, and
-    how these change (m, 3, 3), along xx, xy, yy; rate (m, 3, 3): how n' moves over an exposure, and how that changes
-    per pixel along x and y; positive (m,): true if the cross product of the steps is along n'.
+    place: (m, 2) places, pixels.
+    star: (m,) numbers of the stars.
+    area: (m,) solid angles that a pixel sees, steradian.
+    steps: (m, 2, 3) changes of n' per pixel along x and y.
+    curving: (m, 3, 3) second derivatives of n' along xx, xy and yy.
+    rate: (m, 3, 3) change of n' over an exposure, and the change of that per pixel along x and y.
+    positive: (m,) True if the cross product of the steps is along n'.
     """
 
     place: Array
@@ -169,13 +173,15 @@ def distinct(star: Int[Array, " n"], place: Float[Array, "n 2"], positive: Bool[
     return order[~dropped]
 
 
-def moved(images: Any, motion: Float[Array, "m 3"]) -> Float[Array, "m 2"]:
+def displacements(images: Any, motion: Float[Array, "m 3"]) -> Float[Array, "m 2"]:
     """Displacements, in pixels, of images (`Imaged` or `PictureImages`) whose stars move by (m, 3)."""
     # No steeper than where brightness is cut, too.
     return steps_to(images.steps, motion, np.maximum(images.area**2, 1e-300))
 
 
-def drawn(light: Float[Array, "h w 3"], view: Raster, place: Float[Array, "m 2"], power: Float[Array, "m 3"]) -> None:
+def draw_points(
+    light: Float[Array, "h w 3"], view: Raster, place: Float[Array, "m 2"], power: Float[Array, "m 3"]
+) -> None:
     """Add images to a picture, whose light times solid angle is to be (m, 3): each is a quadratic B-spline.
 
     Its parts add up to 1. Any part beyond a side of a picture of the whole sky comes in where it belongs.

@@ -58,7 +58,11 @@ def fill(mask: Array, x: Int[Array, " n"], y: Int[Array, " n"], size: Int[Array,
 
 
 class Squares(NamedTuple):
-    """Square cells: upper left corners x, y (n,) on a lattice, and one size, the power of two that all of them have."""
+    """Square cells of one size.
+
+    x, y: (n,) upper left corners on a lattice.
+    size: length of the sides, a power of two.
+    """
 
     x: Int[Array, " n"]
     y: Int[Array, " n"]
@@ -81,7 +85,12 @@ class Squares(NamedTuple):
 
 
 class Level(NamedTuple, Generic[CornerSet]):
-    """Cells of one size in a division, all corners that it has so far, and the numbers (n, 4) of the cells' own."""
+    """Cells of one size in a division.
+
+    squares: the cells.
+    corners: all corners so far.
+    number: (n, 4) numbers of the cells' own corners.
+    """
 
     squares: Squares
     corners: CornerSet
@@ -95,21 +104,24 @@ class Level(NamedTuple, Generic[CornerSet]):
 
 
 class Division(NamedTuple, Generic[CornerSet, Cells]):
-    """Rules by which cells are divided.
+    """Rules for the division of cells.
 
-    columns: more than the corners from left to right; trace: corners at keys; accept: a level's good cells, and the
-    mask of those to be divided; least: the smallest size; wanted: those of some cells that are looked at.
+    columns: a number larger than that of corners from left to right.
+    trace: function of keys that returns the corners.
+    accept: function of a level that returns its good cells, and the mask of the cells to divide.
+    least: smallest size of a cell.
+    select: function of squares that returns those to examine.
     """
 
     columns: int
     trace: Callable[[Array], CornerSet]
     accept: Callable[[Level[CornerSet]], tuple[Cells, Array]]
     least: int = 1
-    wanted: Callable[[Squares], Squares] = lambda squares: squares
+    select: Callable[[Squares], Squares] = lambda squares: squares
 
-    def of(self, squares: Squares, corners: CornerSet) -> tuple[Cells, Level[CornerSet], Bool[Array, " n"]]:
-        """Good cells, and the last level, with the mask of its cells that were still to be divided."""
-        good, squares = [], self.wanted(squares)
+    def divide(self, squares: Squares, corners: CornerSet) -> tuple[Cells, Level[CornerSet], Bool[Array, " n"]]:
+        """Good cells, and the last level, with the mask of its cells that are not good."""
+        good, squares = [], self.select(squares)
         while True:
             x, y, size = squares
             keys = np.stack([(y + j * size) * self.columns + x + i * size for i, j in CORNERS], axis=-1)
@@ -123,4 +135,4 @@ class Division(NamedTuple, Generic[CornerSet, Cells]):
             good.append(cells)
             if size <= self.least or not split.any():
                 return joined(good), level, split
-            squares = self.wanted(squares.quarters(split))
+            squares = self.select(squares.quarters(split))

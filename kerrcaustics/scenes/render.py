@@ -16,7 +16,7 @@ from kerrcaustics.results.shown import Shown
 from kerrcaustics.results.stages import stage, with_stages
 from kerrcaustics.scenes.disk.crossings import DiskCells, DiskCrossings, Lattice, covered, crossings
 from kerrcaustics.scenes.disk.disk import Disk, disk_about
-from kerrcaustics.scenes.disk.lighting import Looks, lit
+from kerrcaustics.scenes.disk.lighting import Looks, disk_light
 from kerrcaustics.scenes.disk.veil import Glowing, check_volume, veil_over
 from kerrcaustics.scenes.motion import Exposure, ShutterMotion, ShutterWeight, shutter_weight
 from kerrcaustics.scenes.motion_blur import Matter, blurred_matter, blurred_sky
@@ -135,7 +135,7 @@ class TracedView(Shown):
             shifts = Shifts(beaming, colour_shift)
             veil = veil_over(self.camera, self.view, volume, shifts, len(cells), when, draft)
             with stage("disk_light"):
-                glow, transmission = lit(disk, cells, shape, looks, veil)
+                glow, transmission = disk_light(disk, cells, shape, looks, veil)
             light = light * transmission[..., None] + glow
         counts = self.supersampled, self.beams, self.seconds + clock() - began, self.crossings
         more = transmission, self.error, self.stages, self.sky_radius

@@ -112,7 +112,7 @@ def render_volume(
     way = _checked(camera, volume, beaming, colour_shift, step)
     veil = veil_of(way, view)
     error, shape = step_error(way, view, veil), (view.height, view.width)
-    light, transmission = (part.reshape(*shape, *part.shape[1:]) for part in veil.whole())
+    light, transmission = (part.reshape(*shape, *part.shape[1:]) for part in veil.total())
     if sky is not None:
         behind = render(camera, view, sky, beaming=beaming, colour_shift=colour_shift)
         light = light + transmission[..., None] * behind.light

@@ -14,7 +14,7 @@ from kerrcaustics.beams.ends import SKY, Sphere, Spherical
 from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.beams.trace import beams_of_directions, cores
 from kerrcaustics.results.stages import stage
-from kerrcaustics.scenes.footprint import Footprint, turned, widest_aspect
+from kerrcaustics.scenes.footprint import Footprint, rotated_about_axis, widest_aspect
 from kerrcaustics.scenes.motion import ExposedMoment, Exposure
 from kerrcaustics.scenes.quadtree import fill, in_chunks
 from kerrcaustics.scenes.raster import Raster
@@ -99,10 +99,10 @@ def seen_sky(
     moments, counts, shares = [ExposedMoment(camera, view, 0.0, 0.0)], mapped.parts, [1.0]
     if exposure is not None:
         times = exposure.weight.divided(_moments(exposure))
-        moments, shares = [exposure.at(float(moment)) for moment in times.moment], times.light.tolist()
-        counts = np.full(len(mapped.left), _SUPERSAMPLED)
+        moments, shares = [exposure.moment_at(float(moment)) for moment in times.moment], times.light.tolist()
+        counts = np.full(len(mapped.uncovered), _SUPERSAMPLED)
     beams = mapped.beams + len(moments) * int((counts**2).sum())
-    chunks = [(mapped.left[part], int(counts[part[0]])) for part in in_chunks(counts, lambda _: _CHUNK)]
+    chunks = [(mapped.uncovered[part], int(counts[part[0]])) for part in in_chunks(counts, lambda _: _CHUNK)]
 
     def supersample(chunk: tuple[Array, int]) -> list[tuple[Parts, Array]]:
         return [_supersampled_pixels(moment, end, *chunk) for moment in moments]
@@ -116,7 +116,7 @@ def seen_sky(
     # So much of the sky, at least, lies in a pixel.
     least = float((mapped.cells.extent / mapped.cells.size).min(initial=view.pixel_angle))
     error = max(_CAUTION * float(mapped.cells.error.max(initial=0.0)), TOLERANCE / least)
-    return SeenSky(mapped.cells, parts, visible_fraction, len(mapped.left), beams, error)
+    return SeenSky(mapped.cells, parts, visible_fraction, len(mapped.uncovered), beams, error)
 
 
 def _moments(exposure: Exposure) -> int:
@@ -139,10 +139,10 @@ def _supersampled_pixels(
     beams = beams_of_directions(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False, end=end)
     columns = slopes(beams, sky, steps) / count
     inside = np.isfinite(columns[..., 0, 0])
-    direction = turned(np.where(inside[..., None], beams.direction, np.nan), azimuth)
+    direction = rotated_about_axis(np.where(inside[..., None], beams.direction, np.nan), azimuth)
     middle, tables = beams.direction[inside], [columns.reshape(-1, 6)]
     numbers, own = (count, widest_aspect(1 / count)), np.flatnonzero(inside)
     matrix, bend = kernel("part_footprint").on_rays(numbers, (middle, own), tables=tables)
     footprint = Footprint(middle, matrix, bend, frequency_ratios(camera, end, sky[inside], middle[:, 2]))
     place = np.stack([x[inside], y[inside]], axis=-1)
-    return Parts(place, 1 / count, footprint.turned(azimuth)), direction
+    return Parts(place, 1 / count, footprint.turned_by(azimuth)), direction

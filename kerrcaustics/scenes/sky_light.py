@@ -18,7 +18,7 @@ from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.colour import shifted_light
 from kerrcaustics.scenes.footprint import Footprint, singular_values
 from kerrcaustics.scenes.motion import BOX, ShutterWeight
-from kerrcaustics.scenes.points import PointLights, drawn, moved
+from kerrcaustics.scenes.points import PointLights, displacements, draw_points
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky import Shifts, Sky, light_of_sky
 from kerrcaustics.scenes.sky_cells import (
@@ -32,7 +32,7 @@ from kerrcaustics.scenes.sky_cells import (
     turning,
 )
 from kerrcaustics.scenes.star_search import PictureImages, StarSearch
-from kerrcaustics.scenes.unresolved_stars import faded, footing
+from kerrcaustics.scenes.unresolved_stars import faded_fraction, pixel_solid_angles
 from kerrcaustics.shapes import Bool, Float, Float32, Int
 from kerrcaustics.spacetime.frame import redshift
 from kerrcaustics.spacetime.sphere import polar_basis
@@ -99,7 +99,7 @@ def sky_light(
         for which, moments in _sweeps(cells, count == 1, drift, weight):
             some = _split(covered_pixels(covering, which), _TOGETHER)
             for times in moments:
-                now = _CellsNow.of(cells, patches, drift, times)
+                now = _MovedPatches.at_times(cells, patches, drift, times)
                 list(pool.map(partial(lighting.add, light, covering, now), some))
         moment, _, spread = (float(part) for part in weight.over(0.0, 1.0))
         lit = partial(lighting.of_part, motion=(drift * moment, drift * spread))
@@ -123,7 +123,7 @@ class _Times(NamedTuple):
     spread: float
 
 
-class _CellsNow(NamedTuple):
+class _MovedPatches(NamedTuple):
     """Patches of cells at the mean moment of a part of an exposure.
 
     rates: how they change over all of it, if they do; drift: the angle by which the sky turns about the spin axis.
@@ -135,11 +135,11 @@ class _CellsNow(NamedTuple):
     times: _Times
 
     @classmethod
-    def of(cls, cells: SkyCells, patches: Patches, drift: float, times: _Times) -> "_CellsNow":
+    def at_times(cls, cells: SkyCells, patches: Patches, drift: float, times: _Times) -> "_MovedPatches":
         """Those of some cells; patches: of the middle of the exposure."""
         if not cells.moving:
             return cls(patches, None, drift, times)
-        return cls(Patches(cells.at(times.moment)), Patches(cells, cells.rates), drift, times)
+        return cls(Patches(cells.at_moment(times.moment)), Patches(cells, cells.rates), drift, times)
 
     def swept(self, footprint: Footprint, places: CellPlaces) -> Footprint:
         """The footprints of squares, as they move over the sky."""
@@ -148,7 +148,7 @@ class _CellsNow(NamedTuple):
         motion = -self.drift * turning(footprint.direction)
         if self.rates is not None:
             motion += self.rates.values(places)
-        return _swept(footprint, self.times.spread * motion).turned(-self.drift * self.times.moment)
+        return _swept(footprint, self.times.spread * motion).turned_by(-self.drift * self.times.moment)
 
 
 def _sweeps(
@@ -199,10 +199,10 @@ class _Lighting(NamedTuple):
     shifts: Shifts
 
     def add(
-        self, light: Float[Array, "pixels 3"], covering: Int[Array, "h w"], now: _CellsNow, pixel: Int[Array, " m"]
+        self, light: Float[Array, "pixels 3"], covering: Int[Array, "h w"], now: _MovedPatches, pixel: Int[Array, " m"]
     ) -> None:
         """Add to the light of a picture that of pixels that cells cover, in a part of the exposure."""
-        places = CellPlaces.of(pixel, covering, 1)
+        places = CellPlaces.pixel_parts(pixel, covering, 1)
         footprint = self._footprint(now.patches, places)
         stars = self._unresolved(places.x, places.y, footprint, 1.0)
         received = light_of_sky(self.sky, now.swept(footprint, places), self.shifts) + stars
@@ -210,7 +210,7 @@ class _Lighting(NamedTuple):
 
     def divided(self, patches: Patches, covering: Int[Array, "h w"], pixel: Int[Array, " m"], count: int) -> Parts:
         """The count x count parts of pixels that cells cover."""
-        places = CellPlaces.of(pixel, covering, count)
+        places = CellPlaces.pixel_parts(pixel, covering, count)
         return Parts(np.stack(places[:2], axis=-1), places.side, self._footprint(patches, places))
 
     def of_part(self, part: Parts, motion: tuple[float, float]) -> tuple[Int[Array, " m"], Float[Array, "m 3"]]:
@@ -219,7 +219,7 @@ class _Lighting(NamedTuple):
         stars = self._unresolved(part.place[:, 0], part.place[:, 1], footprint, part.side)
         turned, turn = motion
         if turn:
-            footprint = _swept(footprint, turn * turning(footprint.direction)).turned(-turned)
+            footprint = _swept(footprint, turn * turning(footprint.direction)).turned_by(-turned)
         light = (light_of_sky(self.sky, footprint, self.shifts) + stars) * (part.share * part.side**2)
         x, y = np.round(part.place).astype(int).T
         pixel = y * self.view.width + x
@@ -248,7 +248,7 @@ class _Lighting(NamedTuple):
         if len(some):
             sky = self.view.directions(x[some], y[some])[0]
             major = singular_values(footprint.matrix[some])[0] / side
-            seen = footing(self.camera, self.view.pixel_angle).seen(major, sky)
+            seen = pixel_solid_angles(self.camera, self.view.pixel_angle).values(major, sky)
             light[some] = self.points.mean_light(seen, footprint.part(some), *self.shifts)
         return light
 
@@ -324,7 +324,7 @@ class _StarDrawing(NamedTuple):
         middle, share = when
         if not len(images.star):
             return
-        kept = 1 - faded(images.seen(self.camera, self.view), points.limits[images.star])
+        kept = 1 - faded_fraction(images.solid_angles(self.camera, self.view), points.limits[images.star])
         give = points.flux[images.star] * (share * kept * images.magnification)[:, None]
         if any(self.shifts):
             cosine = points.direction[images.star, 2]
@@ -338,7 +338,7 @@ class _StarDrawing(NamedTuple):
             part = self.weight.over(middle[same] + share * moment, share / count)
             along = ((part.moment - middle[same]) / share)[..., None]
             place, power = images.place[same] + along * trace[same], part.light[..., None] * give[same] / count
-            drawn(light, self.view, place.reshape(-1, 2), power.reshape(-1, 3))
+            draw_points(light, self.view, place.reshape(-1, 2), power.reshape(-1, 3))
 
 
 def _trace(
@@ -348,10 +348,10 @@ def _trace(
 
     angle: by which stars turn about the spin axis in all of it.
     """
-    trace = moved(images, share * (angle * turning(points.direction[images.star]) - images.rate[:, 0]))
+    trace = displacements(images, share * (angle * turning(points.direction[images.star]) - images.rate[:, 0]))
     squares = np.stack([trace[:, 0] ** 2, 2 * trace[:, 0] * trace[:, 1], trace[:, 1] ** 2], axis=-1)
     # The second derivative of a place whose n' stays: that of the map along the trace, and twice that of its motion.
     bending = (squares[..., None] * images.curving).sum(axis=1)
     bending += 2 * share * (trace[..., None] * images.rate[:, 1:]).sum(axis=1)
-    strayed = moved(images, bending / 8)
+    strayed = displacements(images, bending / 8)
     return trace, (np.abs(strayed).max(axis=1) > _STRAIGHT) | (np.abs(trace).max(axis=1) > _LONGEST_TRACE)

@@ -20,7 +20,7 @@ from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.beams.trace import beams_of_directions, cores, rays_of_directions
-from kerrcaustics.scenes.footprint import turned
+from kerrcaustics.scenes.footprint import rotated_about_axis
 from kerrcaustics.scenes.motion import ExposedMoment, Exposure
 from kerrcaustics.scenes.quadtree import Division, Level, Squares, joined
 from kerrcaustics.scenes.raster import Raster
@@ -53,10 +53,13 @@ Rows = TypeVar("Rows", "SkyCorners", SkyCells)
 
 
 class SkyCorners(NamedTuple):
-    """Beams at corners of cells: key, sorted; place (n, 3), n'; slope (n, 3, 2), its change per pixel along x and y.
+    """Beams at corners of cells.
 
-    moved (n, 4, 3): over an exposure how much these three change, and how far n' is off from moving straight on;
-    (n, 0, 3) where nothing moves.
+    key: (n,) numbers of the places, ascending.
+    place: (n, 3) n'.
+    slope: (n, 3, 2) changes of n' per pixel along x and y.
+    moved: (n, 4, 3) changes of n' and of both slopes over an exposure, and the deviation of n' from straight motion;
+        (n, 0, 3) if nothing moves.
     """
 
     key: Array
@@ -65,19 +68,22 @@ class SkyCorners(NamedTuple):
     moved: Array
 
     @property
-    def there(self) -> Bool[Array, " n"]:
-        """True for those that reach the celestial sphere."""
+    def escaped(self) -> Bool[Array, " n"]:
+        """True for beams that reach the celestial sphere."""
         return np.isfinite(self.slope[:, 0, 0] + self.moved.sum(axis=(1, 2)))
 
 
 class SkyMap(NamedTuple):
-    """A picture's map to the celestial sphere: its cells, and how many beams it took.
+    """The map of a picture to the celestial sphere.
 
-    left: the pixels left over, by their numbers in reading order; parts: into how many each way they are to be divided.
+    cells: cells of the map.
+    uncovered: (m,) numbers of the pixels that no cell covers, in reading order.
+    parts: (m,) numbers of parts each way into which these pixels are to be divided.
+    beams: number of beams traced.
     """
 
     cells: SkyCells
-    left: Int[Array, " m"]
+    uncovered: Int[Array, " m"]
     parts: Int[Array, " m"]
     beams: int
 
@@ -85,8 +91,8 @@ class SkyMap(NamedTuple):
 class Cut(NamedTuple):
     """The division of a chart into cells.
 
-    root: the size of the largest cells, a power of two that divides width and height; wide: radians of the sky that a
-    cell may see.
+    root: size of the largest cells, a power of two that divides width and height.
+    wide: largest angle of the sky that a cell sees, radians.
     """
 
     root: int
@@ -96,7 +102,12 @@ class Cut(NamedTuple):
 class _SkyLattice(NamedTuple):
     """Corners of cells, in whole pixels from the upper left corner of the first one.
 
-    end: the sphere that is seen; size: of the largest cells; margin: pixels beyond each side that cells cover too.
+    camera: the viewer.
+    view: its picture, or a chart.
+    exposure: the exposure if the camera moves.
+    end: the sphere with the sky.
+    size: size of the largest cells, pixels.
+    margin: number of pixels beyond each side that cells cover too.
     """
 
     camera: Viewer
@@ -123,7 +134,7 @@ class _SkyLattice(NamedTuple):
         return Squares.over(self.view.width + 2 * self.margin, self.view.height + 2 * self.margin, self.size)
 
     def pixel_counts(self, hidden: Bool[Array, "h w"]) -> Int[Array, "h+1 w+1"]:
-        """Number of visible pixels above and left of each corner; those of the margin as their neighbours."""
+        """Number of visible pixels above and left of each corner; the margin repeats the pixels beside it."""
         x, y = self.origin
         beyond = np.pad(~hidden, self.margin, mode="edge")
         lattice = np.pad(beyond, ((y - self.margin, self.size), (x - self.margin, self.size)))
@@ -155,7 +166,9 @@ class _SkyLattice(NamedTuple):
         left, top = self.on_picture(squares.x[chosen, None], squares.y[chosen, None])
         sky, _ = self.view.directions(left + x, top + y)
         azimuth = 0.0 if self.exposure is None else self.exposure.middle.azimuth
-        return turned(rays_of_directions(self.camera, sky, "auto", TOLERANCE, end=self.end).direction, azimuth)
+        return rotated_about_axis(
+            rays_of_directions(self.camera, sky, "auto", TOLERANCE, end=self.end).direction, azimuth
+        )
 
     def edge(self) -> tuple[Array, Array]:
         """Pixels on the shadow edge, some of them, on the lattice."""
@@ -164,7 +177,7 @@ class _SkyLattice(NamedTuple):
         if self.exposure is None:
             points = self.view.pixels(shadow_edge(self.camera, _EDGE_POINTS))
         else:
-            moments = [self.exposure.at(float(moment)) for moment in np.linspace(-0.5, 0.5, _EDGES)]
+            moments = [self.exposure.moment_at(float(moment)) for moment in np.linspace(-0.5, 0.5, _EDGES)]
             edges = [one.view.pixels(shadow_edge(one.camera, _EDGE_POINTS)) for one in moments]
             points = np.concatenate([edge + step for edge in edges for step in _BESIDE])
         x, y = (points + 0.5).T
@@ -184,13 +197,13 @@ def _beams(
 def _columns(moment: ExposedMoment, x: Array, y: Array, end: Spherical) -> Float[Array, "n 3 3"]:
     """n' and its two slopes (n, 3, 3), one in each row, at a moment, for a sky at rest."""
     place, slope = _beams(moment.camera, moment.view, x, y, end)
-    return turned(np.concatenate([place[:, None], np.swapaxes(slope, 1, 2)], axis=1), moment.azimuth)
+    return rotated_about_axis(np.concatenate([place[:, None], np.swapaxes(slope, 1, 2)], axis=1), moment.azimuth)
 
 
 def ray_directions(moment: ExposedMoment, x: ArrayLike, y: ArrayLike, end: Spherical) -> Float[Array, "*batch 3"]:
     """n' (..., 3) of rays at places of a view at a moment, for a sky at rest."""
     rays = rays_of_directions(moment.camera, moment.view.directions(x, y)[0], "auto", TOLERANCE, end=end)
-    return turned(rays.direction, moment.azimuth)
+    return rotated_about_axis(rays.direction, moment.azimuth)
 
 
 def slopes(
@@ -231,8 +244,8 @@ def _mapped(lattice: _SkyLattice, close: float, hidden: Bool[Array, "h w"], wide
     """The map of what a lattice covers; wide: of the sky that cells may see, in a chart; None in a picture."""
     edge, visible = lattice.edge(), partial(_visible_squares, total=lattice.pixel_counts(hidden))
     trace, accept = partial(_on_cores, lattice.trace), partial(_accepted, lattice, edge, close, wide)
-    division = Division(lattice.columns, trace, accept, wanted=visible)
-    cells, level, split = division.of(lattice.roots(), lattice.trace(np.zeros(0, int)))
+    division = Division(lattice.columns, trace, accept, select=visible)
+    cells, level, split = division.divide(lattice.roots(), lattice.trace(np.zeros(0, int)))
     left, parts = _left_over(lattice, edge, level, split)
     x, y = lattice.on_picture(cells.x, cells.y)
     beams = len(level.corners.key) * (1 if lattice.exposure is None else 3)
@@ -244,7 +257,7 @@ def _accepted(
 ) -> tuple[SkyCells, Bool[Array, " n"]]:
     """The good cells of a level, and the mask of those to be divided; parameters as for `_mapped`."""
     size, mixed = level.squares.size, _mixed(level, edge)
-    reached = level.corners.there[level.number].all(axis=1)
+    reached = level.corners.escaped[level.number].all(axis=1)
     whole = reached & ~mixed
     if size > 1:
         # The shadow edge may bulge into them.
@@ -305,7 +318,7 @@ def _contain(squares: Squares, edge: tuple[Array, Array]) -> Bool[Array, " n"]:
 
 def _mixed(level: Level[SkyCorners], edge: tuple[Array, Array]) -> Bool[Array, " n"]:
     """True for cells on the shadow edge: some of their corners reach the sky, or they contain one of its pixels."""
-    reached = level.corners.there[level.number]
+    reached = level.corners.escaped[level.number]
     return (reached.any(axis=1) & ~reached.all(axis=1)) | _contain(level.squares, edge)
 
 

@@ -15,8 +15,12 @@ from kerrcaustics.shapes import Float, Float16, Float32
 Array = np.ndarray
 Level = Float32[Array, "h w channels"] | Float16[Array, "h w channels"]
 
-# The coarsest level has at least so many rows; pixels of blocks; and the work on the finest level, as part of all.
-_COARSEST, _BLOCK, _FINEST = 4, 1 << 19, 0.75
+# Smallest number of rows of the coarsest level.
+_COARSEST = 4
+# Pixels that are averaged together.
+_BLOCK = 1 << 19
+# Part of the work that the finest level takes, for the progress report.
+_FINEST = 0.75
 
 
 class SphereRows(NamedTuple):
@@ -30,7 +34,7 @@ class SphereRows(NamedTuple):
     """Light; one channel under all of them is grey."""
 
 
-class Pyramid(NamedTuple):
+class SpherePyramid(NamedTuple):
     """All levels of a picture, each half as fine as the one before."""
 
     pixels: Float32[Array, "pixels channels"] | Float16[Array, "pixels channels"]
@@ -45,7 +49,7 @@ class Pyramid(NamedTuple):
         return self.pixels[first : first + math.prod(shape)].reshape(*shape, -1)
 
 
-def pyramid(rows: int, blocks: Iterable[SphereRows], precision: type[np.floating] = np.float32) -> Pyramid:
+def pyramid(rows: int, blocks: Iterable[SphereRows], precision: type[np.floating] = np.float32) -> SpherePyramid:
     """The pyramid of a picture with so many rows, each level smoothed along its rows.
 
     In half precision, np.float16, light between 1e-4 and 6e4 keeps three digits.
@@ -55,7 +59,7 @@ def pyramid(rows: int, blocks: Iterable[SphereRows], precision: type[np.floating
         heights.append(heights[-1] // 2)
     ends = np.cumsum([(height + 2) * (2 * height + 2) for height in heights])
     levels = np.stack([np.concatenate([[0], ends[:-1]]), heights], axis=1).astype(float)
-    made = _with_finest(Pyramid(np.empty((ends[-1], 1), precision), levels), blocks)
+    made = _with_finest(SpherePyramid(np.empty((ends[-1], 1), precision), levels), blocks)
     for number in range(len(heights)):
         if number:
             _halve(made.level(number - 1), made.level(number))
@@ -63,7 +67,7 @@ def pyramid(rows: int, blocks: Iterable[SphereRows], precision: type[np.floating
     return made
 
 
-def _with_finest(made: Pyramid, blocks: Iterable[SphereRows]) -> Pyramid:
+def _with_finest(made: SpherePyramid, blocks: Iterable[SphereRows]) -> SpherePyramid:
     """The pyramid with its finest level, but for the margin: in colour from the first rows on that are."""
     done, rows = 0.0, len(made.level(0)) - 2
     for first, channels, light in blocks:

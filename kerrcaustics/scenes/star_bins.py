@@ -14,7 +14,12 @@ _ROWS, _COLUMNS = 0.7, 8
 
 
 class Runs(NamedTuple):
-    """Runs of stars that lie beside each other: the disc, first star in the order of the bins, and how many."""
+    """Runs of neighbouring stars that may lie in discs.
+
+    disc: (k,) numbers of the discs.
+    first: (k,) numbers of the first stars, in the order of the bins.
+    length: (k,) numbers of stars.
+    """
 
     disc: Array
     first: Array

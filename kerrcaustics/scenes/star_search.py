@@ -15,15 +15,15 @@ from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.trace import beams_of_directions
 from kerrcaustics.scenes.cell_search import NEAREST, CellSearch, areas
 from kerrcaustics.scenes.coons_patches import CORNERS
-from kerrcaustics.scenes.footprint import inverse, longest, turned
+from kerrcaustics.scenes.footprint import inverse, longest, rotated_about_axis
 from kerrcaustics.scenes.motion import Exposure
-from kerrcaustics.scenes.points import Imaged, PointLights, distinct, moved, steps_to
+from kerrcaustics.scenes.points import Imaged, PointLights, displacements, distinct, steps_to
 from kerrcaustics.scenes.quadtree import fill
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky_cells import SkyCells, resolved
 from kerrcaustics.scenes.sky_charts import ROOT, CapChart, EdgeChart
 from kerrcaustics.scenes.sky_map import TOLERANCE, Cut, chart_cells, ray_directions, slopes
-from kerrcaustics.scenes.unresolved_stars import BRIGHTEST, footing
+from kerrcaustics.scenes.unresolved_stars import BRIGHTEST, pixel_solid_angles
 from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.spacetime.viewer import Viewer
@@ -31,31 +31,53 @@ from kerrcaustics.spacetime.viewer import Viewer
 Array = np.ndarray
 Picture = Float[Array, "h w"]
 
-# Pixels that see more of the sky (radians) leave the search to the charts, and those of cells whose own pixels differ
-# so much in size: at the poles of a projection.
-_RESOLVED, _UNEVEN = 0.05, 0.25
-# Charts are good to so much of one of their pixels, and their cells see so much of the sky (radians) at most.
-_CLOSE, _WIDE = 0.05, 1.0
-# Charts leave out a strip beside the shadow edge, so wide (parts of the shadow's size, and pixels).
-_STRIP, _OF_STRIP = 3e-4, 0.01
-# Parts of a chart are searched by blocks of so many pixels, selected by samples so many of them apart.
-_BLOCK, _SAMPLE = 4, 4
-# Charts are searched so far into the pixels of cells (pixels), and to so many rows across the border of both charts:
-# what is seen twice differs by less than this (pixels of the picture, radians), and is dropped.
-_BESIDE, _ROWS, _SAME, _SAME_ANGLE = 0.25, 2.0, 0.3, 0.05
+# Angle (radians) of the sky above which the charts take over the search in a pixel.
+_RESOLVED = 0.05
+# Ratio of the sizes of a cell's pixels below which the charts take over, as at the poles of a projection.
+_UNEVEN = 0.25
+# Largest error of the charts, pixels of the chart.
+_CLOSE = 0.05
+# Largest angle (radians) of the sky that a cell of a chart sees.
+_WIDE = 1.0
+# Width of the strip beside the shadow edge without charts, as a part of the shadow's size.
+_STRIP = 3e-4
+# Largest width of this strip, pixels of the picture.
+_OF_STRIP = 0.01
+# Side of the blocks in which charts are searched, pixels of the chart.
+_BLOCK = 4
+# Distance of the samples that select the blocks, pixels of the chart.
+_SAMPLE = 4
+# Margin by which charts are searched within pixels that cells cover, pixels of the picture.
+_BESIDE = 0.25
+# Rows of the edge chart beyond the border of both charts that are searched.
+_ROWS = 2.0
+# Distance below which images of both searches are one, pixels of the picture.
+_SAME = 0.3
+# The same for images in the cap chart, as a part of its widest angle.
+_SAME_ANGLE = 0.05
+# Points of the shadow edge, which no cell covers.
 _EDGE_POINTS = 1440
-# Images in charts are refined in so many steps, none longer than the first of these (pixels of the chart), and the last
-# one shorter than the second.
-_REFINEMENTS, _LONGEST_MOVE, _MOVED_LAST = 6, 0.5, 0.02
-# Next to a critical curve small errors of a chart displace images far: cells are searched so far into their neighbours
-# (sizes of them). Refined images are cut so much closer to the curve.
-_OVER, _CLOSER = 0.1, 0.02
-# Charts do not resolve longer traces (pixels) of a map that moves itself.
+# Newton steps by beams that refine images in charts.
+_REFINEMENTS = 6
+# Largest displacement by the refinement, pixels of the chart.
+_LONGEST_MOVE = 0.5
+# Length of the last Newton step below which a refinement has converged, pixels of the chart.
+_MOVED_LAST = 0.02
+# Margin of the search in neighbouring cells, cells: next to a critical curve small errors displace images far.
+_OVER = 0.1
+# Factor of the distance from a critical curve at which the brightness of refined images is cut.
+_CLOSER = 0.02
+# Longest trace, pixels of the picture, that charts resolve while the camera moves.
 _LONGEST_IN_CHART = 8.0
 
 
 class PictureImages(NamedTuple):
-    """Images on a picture, or next to it: as `Imaged`, and directions N (m, 3), magnification (m,)."""
+    """Images of stars on a picture, or next to it.
+
+    place, star, area, steps, curving, rate: as of `Imaged`.
+    sky: (m, 3) directions N.
+    magnification: (m,) magnifications.
+    """
 
     place: Array
     star: Array
@@ -66,9 +88,11 @@ class PictureImages(NamedTuple):
     sky: Array
     magnification: Array
 
-    def seen(self, camera: Viewer, view: Raster) -> Float[Array, " m"]:
+    def solid_angles(self, camera: Viewer, view: Raster) -> Float[Array, " m"]:
         """The solid angles (m,) that pixels of the picture see about them."""
-        return footing(camera, view.pixel_angle).seen(longest(self.steps[:, 0], self.steps[:, 1]), self.sky)
+        return pixel_solid_angles(camera, view.pixel_angle).values(
+            longest(self.steps[:, 0], self.steps[:, 1]), self.sky
+        )
 
     def part(self, which: Array) -> "PictureImages":
         """The chosen images."""
@@ -122,7 +146,7 @@ class StarSearch:
         for chart in self._charts_for(max(float(lights.limits.max()), BRIGHTEST)):
             images = chart.images(self._camera, lights, self._view, self._is_uncovered, pool)
             if azimuth:
-                images = images._replace(steps=turned(images.steps, azimuth))
+                images = images._replace(steps=rotated_about_axis(images.steps, azimuth))
             if self._exposure is not None:
                 images = self._moving(images, moment)
             own = own.merged_with(images, chart.same)
@@ -183,7 +207,7 @@ class StarSearch:
         if isinstance(chart, EdgeChart):
             row, column = np.nonzero(blocks)
             angle, distance = chart.distance(_BLOCK * (column + 0.5) - 0.5, _BLOCK * (row + 0.5) - 0.5)
-            least = footing(self._camera, self._view.pixel_angle).nearest(angle, limit)
+            least = pixel_solid_angles(self._camera, self._view.pixel_angle).nearest(angle, limit)
             blocks[row, column] = distance > least
         return np.kron(blocks, np.ones((_BLOCK, _BLOCK), bool))
 
@@ -213,7 +237,7 @@ class StarSearch:
         first, last = (ray_directions(one, x, y, self._end) for one in moments)
         rate = np.zeros_like(images.rate)
         rate[:, 0] = np.nan_to_num(last - first)
-        trace = moved(images, -rate[:, 0])
+        trace = displacements(images, -rate[:, 0])
         slower = np.minimum(1, _LONGEST_IN_CHART / np.maximum(np.abs(trace).max(axis=1), 1e-300))[:, None]
         place = images.place + moment[images.star, None] * slower * trace
         sky, _ = self._view.directions(*place.T)
@@ -301,7 +325,7 @@ def _least_seen(camera: Viewer, view: Raster, plane: EdgeChart | CapChart, cells
         seen, place = np.zeros(len(sky)), view.pixels(sky)
         there = np.flatnonzero(np.isfinite(place).all(axis=1))
         steps = _converted(chart_steps[there], columns[there], view.directions(*place[there].T)[1])
-        seen[there] = footing(camera, view.pixel_angle).seen(longest(steps[:, 0], steps[:, 1]), sky[there])
+        seen[there] = pixel_solid_angles(camera, view.pixel_angle).values(longest(steps[:, 0], steps[:, 1]), sky[there])
         found.append(seen)
     return np.nan_to_num(np.min(found, axis=0), nan=0.0)
 

@@ -20,9 +20,14 @@ Auto = Literal["auto"]
 AUTO: Auto = "auto"
 
 _SOFTENING = 30.0
-# The highlights: what these parts of the picture exceed, and above which this part of its light lies. The smaller part
-# counts for points of light, where it is at least so many times as bright as the larger one.
-_SURFACE, _POINTS, _OF_LIGHT, _STEEP = 0.01, 0.001, 0.25, 4.0
+# Part of the picture that is brighter than its highlights.
+_SURFACE = 0.01
+# The same part in a picture of points of light.
+_POINTS = 0.001
+# Part of the light that lies above the highlights, if these are brighter.
+_OF_LIGHT = 0.25
+# Ratio of the brightness at both parts from which a picture counts as one of points.
+_STEEP = 4.0
 # Light on the screen of highlights, by the curve: asinh has room left for what is brighter.
 _HIGHLIGHT: dict[Curve, float] = {"linear": 0.9, "asinh": 0.7}
 # Points of light are looked at as in a picture so many pixels across. A star is a spline of this variance, in pixels.

@@ -20,24 +20,38 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
-# Stars of the first layer, and how many times as many belong to it and the next one together, and so on.
-_BRIGHTEST, _TIMES = 2048, 4
-# Images fade where a pixel sees so many stars of their layer and those before, of few stars where it sees so many times
-# the whole sky, and are gone where it sees so many times as much.
-_MANY, _FEW, _MOST, _FADING = 2, 100, 32.0, 4.0
+# Number of stars in the first layer.
+_BRIGHTEST = 2048
+# Ratio of the numbers of stars up to a layer and up to the layer before.
+_TIMES = 4
+# Number of stars of a layer, and of those before, in a pixel at which their images begin to fade.
+_MANY = 2
+# Number of stars up to which a sky has the limit `_MOST` instead.
+_FEW = 100
+# Solid angle of a pixel at which images of few stars begin to fade, in whole skies.
+_MOST = 32.0
+# Ratio of the solid angles at which images are gone and at which they begin to fade.
+_FADING = 4.0
 BRIGHTEST = 4 * math.pi * _MANY / _BRIGHTEST
-"""The solid angle that a pixel sees where images of the brightest of many stars begin to fade."""
-# Pixels of the picture of a layer have this part of the width of what a pixel sees there.
+"""Solid angle of a pixel at which images of the brightest of many stars begin to fade, steradian."""
+# Width of a pixel in the picture of a layer, as a part of the width that a pixel sees where images fade.
 _FINER = 0.25
+# Smallest and largest number of rows of that picture.
 _FEWEST_ROWS, _MOST_ROWS = 16, 2048
-# Footprints are widened as for skies with little detail: this many times as long as wide.
+# Ratio of the axes above which footprints are widened, as for skies with little detail.
 _ASPECT = 2.0
-# Beams for the width of footprints: so many round the shadow edge, and in an e-folding of the distance to it. That
-# begins at a pixel, or closer (parts of the size of the shadow, or of the sky outside it).
-_ROUND, _DEEP, _CLOSE, _TOLERANCE = 192, 12, 0.02, 1e-7
-# Part of the distance at which images have faded, by footprints about it, that is searched in any case; and all that is
-# farther from the edge than this part of the shadow, or of the sky outside it: footprints shrink faster there.
-_SAFE, _NEAR = 0.3, 0.25
+# Number of angles round the shadow edge at which beams give the width of footprints.
+_ROUND = 192
+# Number of these beams over one e-folding of the distance to the edge.
+_DEEP = 12
+# Start of that e-folding if less than a pixel, as a part of the size of the shadow or of the sky outside it.
+_CLOSE = 0.02
+# Tolerance of these beams, radians.
+_TOLERANCE = 1e-7
+# Part of the distance at which images have faded, by the mean width of footprints, within which no image is searched.
+_SAFE = 0.3
+# Largest distance without a search, as a part of the same size: footprints change beyond.
+_NEAR = 0.25
 
 
 def limits(flux: Float[Array, "stars 3"]) -> Float[Array, " stars"]:
@@ -50,7 +64,7 @@ def limits(flux: Float[Array, "stars 3"]) -> Float[Array, " stars"]:
     return np.full(len(flux), 4 * math.pi * _MOST) if len(flux) <= _FEW else 4 * math.pi * _MANY / count
 
 
-class Footing:
+class PixelSolidAngles:
     """Solid angles of the celestial sphere that pixels of a picture see.
 
     Footprints of pixels beside the shadow edge are long and thin. Critical curves, on which they have no width at all,
@@ -74,7 +88,7 @@ class Footing:
         self._angle, self._width = angle[:, 0], np.nan_to_num(width, nan=np.inf)
         self._turn, self._scale = np.nan_to_num(turn, nan=np.inf), scale[:, 0]
 
-    def seen(self, major: Float[Array, " n"], sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
+    def values(self, major: Float[Array, " n"], sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
         """Solid angles (n,) of pixels with a major axis (n,) of their footprints, in directions N (n, 3)."""
         _, y, z = np.moveaxis(line_of_sight_from_sky(self._frame, sky), -1, 0)
         width = np.interp(np.arctan2(z, y), self._angle, self._width, period=2 * math.pi)
@@ -94,12 +108,12 @@ class Footing:
 
 
 @lru_cache(maxsize=8)
-def footing(camera: Viewer, pixel: float) -> Footing:
+def pixel_solid_angles(camera: Viewer, pixel: float) -> PixelSolidAngles:
     """The same, kept for the next call."""
-    return Footing(camera, pixel)
+    return PixelSolidAngles(camera, pixel)
 
 
-def faded(seen: Float[Array, "*batch"], limit: Float[Array, "*batch"] | float) -> Float[Array, "*batch"]:
+def faded_fraction(seen: Float[Array, "*batch"], limit: Float[Array, "*batch"] | float) -> Float[Array, "*batch"]:
     """The part (...,) of the light of stars that is not in their images where a pixel sees a solid angle (...,)."""
     with np.errstate(divide="ignore"):
         part = np.clip(np.log(seen / limit) / math.log(_FADING), 0, 1)
@@ -112,14 +126,19 @@ def last_seen(limit: float) -> float:
 
 
 class StarLayer(NamedTuple):
-    """Stars of about one brightness: where they fade, their mean light as a picture, and their mean temperature."""
+    """Stars of about one brightness.
+
+    limit: solid angle of a pixel at which their images begin to fade, steradian.
+    picture: their mean light.
+    temperature: their mean temperature, weighted by light, kelvin.
+    """
 
     limit: float
     picture: Panorama
     temperature: float
 
     @classmethod
-    def of(
+    def from_stars(
         cls, direction: Float[Array, "n 3"], flux: Float[Array, "n 3"], temperature: Float[Array, " n"], limit: float
     ) -> "StarLayer":
         """The layer of some stars."""

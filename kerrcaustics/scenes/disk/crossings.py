@@ -26,29 +26,37 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
-# Beams need not be better for pictures.
+# Tolerance of rays and beams, radians: far less than a pixel.
 _TOLERANCE = 1e-7
-# The finest cells are so much smaller than a pixel, and the largest ones so many pixels wide, at most.
-FINEST, LARGEST = 16, 8
-# So many rays in each direction within a finest cell that is not smooth, and how they shift from cell to cell.
+FINEST = 16
+"""Number of finest cells along a pixel: the lattice of crossings has this step."""
+LARGEST = 8
+"""Side of the largest cells, pixels."""
+# Rays each way in a finest cell on which the map is not smooth.
 _RAYS = 2
+# Shifts of these rays from cell to cell, a sequence of low discrepancy in two dimensions.
 _SHIFTS = ((0.7548776662466927, 0.5698402909980532), (0.5698402909980532, 0.7548776662466927))
-# Patches may be off by this however small pixels are: of the disk's width in 1 / r, and radians of azimuth.
-_OF_WIDTH, _OF_AZIMUTH = 1e-5, 1e-6
-# Azimuths of a cell's corners lie within this of each other: they are known modulo 2 pi.
+# Error of patches that is always accepted, as a part of the disk's width in 1 / r.
+_OF_WIDTH = 1e-5
+# Error of the azimuth that is always accepted, radians.
+_OF_AZIMUTH = 1e-6
+# Largest difference of the azimuths in a cell, radians: they are known modulo 2 pi.
 _WIDEST_TURN = 1.5
-# A lattice of one of several moments is halved so much less often at most; how its rays differ from moment to moment.
-_MOST_HALVINGS, _GOLDEN = 2, 0.6180339887498949
-# Rays that cross more often are too close to the shadow edge to be seen.
+# Largest number of halvings that a lattice of one of several moments leaves out.
+_MOST_HALVINGS = 2
+# Shift of the rays from moment to moment: the golden ratio less 1.
+_GOLDEN = 0.6180339887498949
 MOST_CROSSINGS = 12
+"""Largest number of crossings: rays that cross more often are too close to the shadow edge to be visible."""
 
 
 class Fineness(NamedTuple):
     """Fineness of a map.
 
-    least: size of the smallest cells, on the finest lattice, and less than a pixel; of_pixel: the part of a pixel by
-    which patches may be off; widest: the size of the largest cells (radians), as constants of the photon and travel
-    times are linear in them; faintest: the part of every pixel that no later crossing covers when the map ends.
+    least: size of the smallest cells on the finest lattice, less than a pixel.
+    of_pixel: largest error of patches, pixels.
+    widest: size of the largest cells, radians; constants of the photon and travel times are linear in them.
+    faintest: part of every pixel below which later crossings are left out.
     """
 
     least: int
@@ -62,12 +70,14 @@ FINE, DRAFT = Fineness(1, 0.0015, 0.02, 1 / 340), Fineness(8, 0.02, 0.04, 1 / 30
 
 
 class Corners(NamedTuple):
-    """Rays at corners of cells: where they cross the plane.
+    """Crossings of the plane by rays at corners of cells.
 
-    key, sorted, of places on the finest lattice; place (n, 2), 1 / r and phi; slope (n, 2, 2) of these (rows) per pixel
-    along x and y; extra (n, 5): of the photon nu_camera / nu_infinity, b and q; 1 where it moves outward; the travel
-    time; side: 0 where the plane is crossed, 1 where the ray escapes before, -1 where it
-    falls in; outward, true where it moves so there.
+    key: (n,) numbers of the places on the finest lattice, ascending.
+    place: (n, 2) 1 / r and phi.
+    slope: (n, 2, 2) changes of 1 / r and phi (rows) per pixel along x and y (columns).
+    extra: (n, 5) nu_camera / nu_infinity, b and q of the photon, 1 if it moves outward, and the travel time, M.
+    side: (n,) 0 if the ray crosses the plane, 1 if it escapes before, -1 if it falls in.
+    outward: (n,) True if it moves outward at the crossing.
     """
 
     key: Array
@@ -81,9 +91,12 @@ class Corners(NamedTuple):
 class DiskCells(NamedTuple):
     """Square cells of a picture that see the plane, at one crossing.
 
-    x, y (n,): the upper left corner on the finest lattice, 0 at the corner of the picture; size (n,) there;
-    data (n, 12, 2), 1 / r and phi for `patches`; extra (n, 4, 5), of the corners; low, high (n, 2), between which 1 / r
-    and phi lie; cover (n,), the part of the cell that sees the plane there.
+    x, y: (n,) upper left corners on the finest lattice, 0 at the corner of the picture.
+    size: (n,) lengths of the sides on the lattice.
+    data: (n, 12, 2) 1 / r and phi and their derivatives at the corners, as for `coons_patches`.
+    extra: (n, 4, 5) extra values at the corners, as of `Corners`.
+    low, high: (n, 2) limits of 1 / r and phi.
+    cover: (n,) parts of the cells that see the disk.
     """
 
     x: Array
@@ -97,11 +110,17 @@ class DiskCells(NamedTuple):
 
 
 class Lattice(NamedTuple):
-    """The picture's finest lattice; timed: with the travel times of rays.
+    """The finest lattice of a picture.
 
-    least: size of the smallest cells on it for images that are nowhere smooth; phase, 0 to 1: of the places of rays in
-    them; fineness: of the map. A picture that is the mean of several moments has as many rays in a pixel as one of a
-    single moment, if their least cells are larger and their phases differ.
+    A picture that is the mean of several moments has as many rays in a pixel as a picture of one moment if the least
+    cells of its lattices are larger and their phases differ.
+
+    camera: the viewer.
+    view: its picture.
+    timed: True if travel times are computed.
+    least: size of the smallest cells for images that are smooth nowhere.
+    phase: shift of the rays in these cells, 0 to 1.
+    fineness: fineness of the map.
     """
 
     camera: Viewer
@@ -173,7 +192,11 @@ class Lattice(NamedTuple):
 
 
 class DiskCrossings(NamedTuple):
-    """All crossings of a picture: cells for each of them, and how many beams they took."""
+    """All crossings of a picture.
+
+    cells: cells of each crossing, from the first one on.
+    beams: number of beams traced to each crossing.
+    """
 
     cells: tuple[DiskCells, ...]
     beams: tuple[int, ...]
@@ -209,7 +232,7 @@ def _crossing(
     lattice: Lattice, crossing: int, roots: Squares, rims: tuple[float, float], before: Corners
 ) -> tuple[DiskCells, Corners, int]:
     trace, accept = partial(_corners, lattice, crossing, before), partial(_accepted, lattice, rims)
-    cells, level, split = Division(lattice.columns, trace, accept, lattice.least).of(roots, _NONE)
+    cells, level, split = Division(lattice.columns, trace, accept, lattice.least).divide(roots, _NONE)
     traced = len(level.corners.key) - len(_lost(before, level.corners.key).key)
     if split.any():
         sampled, count = _sampled(lattice, crossing, level.squares.x[split], level.squares.y[split], rims)

@@ -8,7 +8,7 @@ from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.scenes.disk.disk import Disk, disk_about
 from kerrcaustics.scenes.disk.samples import DiskSamples, emitted_light
 from kerrcaustics.scenes.footprint import Footprint
-from kerrcaustics.scenes.points import drawn
+from kerrcaustics.scenes.points import draw_points
 from kerrcaustics.scenes.raster import check_picture
 from kerrcaustics.scenes.sky import UNSHIFTED, Sky, check_sky, light_of_sky
 from kerrcaustics.scenes.view import View
@@ -95,7 +95,7 @@ def _draw_points(camera: Camera, view: View, sky: Sky, viewer: Float[Array, "3"]
     some = ((place > -2) & (place < (view.width + 1, view.height + 1))).all(axis=1)
     # The sphere's own solid angle, as its centre and as the camera sees it.
     magnification = np.vecdot(way, points.direction) / length**3
-    drawn(light, view, place[some], points.flux[some] * magnification[some, None])
+    draw_points(light, view, place[some], points.flux[some] * magnification[some, None])
 
 
 def _footprint(direction: Float[Array, "n 3"], steps: Float[Array, "n 3 2"], viewer: Float[Array, "3"]) -> Footprint:

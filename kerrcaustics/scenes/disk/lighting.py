@@ -25,18 +25,26 @@ from kerrcaustics.shapes import Bool, Float, Int
 Array = np.ndarray
 
 # Parts of pixels that a core lights at a time: they fit in its cache.
-_LIT = 1 << 15
-# Pixels with a rim in sight are divided so finely in each direction: one crossing's rim may lie before another's.
+_TOGETHER = 1 << 15
+# Divisions each way of pixels that see a rim: the rim of one crossing may lie in front of another crossing.
 _AT_RIM = 4
-# How far a pixel reaches from its middle, in its steps, and some more as these are not quite even.
+# Half the width of a pixel in its own steps, with a margin as the steps vary over the pixel.
 _PIXEL_REACH = 0.75
-# And so finely where an opacity that is a function changes by more than this over a cell, of which it is looked at in
-# so many places in each direction.
-_AT_CHANGE, _UNEVEN, _LOOKED_AT = 8, 1 / 64, 4
+# Divisions each way of pixels in which an opacity that is a function varies.
+_AT_CHANGE = 8
+# Change of the opacity over a cell above which it counts as varying.
+_UNEVEN = 1 / 64
+# Places each way in a cell at which the opacity is evaluated.
+_SAMPLED = 4
 
 
 class Looks(NamedTuple):
-    """Conditions of the light of a disk: the spin, the switches of `render`, and the camera's time."""
+    """Conditions of the light of a disk.
+
+    spin: spin of the hole.
+    beaming, colour_shift, delay: switches of `render`.
+    time: coordinate time of the camera, M.
+    """
 
     spin: float
     beaming: bool
@@ -62,7 +70,7 @@ class _Layer(NamedTuple):
     """Of all cells, x and y in their pixel, on this lattice."""
 
 
-def lit(
+def disk_light(
     disk: Disk | None, crossings: tuple[DiskCells, ...], shape: tuple[int, int], looks: Looks, veil: Veil | None = None
 ) -> tuple[Float[Array, "h w 3"], Float[Array, "h w"]]:
     """Linear light of the pixels of a picture, and the part of the light behind that comes through.
@@ -71,7 +79,7 @@ def lit(
     """
     light, transmission = np.zeros((shape[0] * shape[1], 3), np.float32), np.ones(shape[0] * shape[1], np.float32)
     if veil is not None:
-        light[:], transmission[:] = veil.whole()
+        light[:], transmission[:] = veil.total()
     if disk is None:
         return light.reshape(*shape, 3), transmission.reshape(shape)
     parts = np.zeros(shape[0] * shape[1], np.uint8)
@@ -82,7 +90,7 @@ def lit(
         light[pixels], transmission[pixels] = _chunk_lit(disk, layers, looks, grid, veil)
 
     lit_pixels = np.flatnonzero(parts)
-    chunks = [lit_pixels[rows] for rows in in_chunks(parts[lit_pixels], lambda count: _LIT // count**2)]
+    chunks = [lit_pixels[rows] for rows in in_chunks(parts[lit_pixels], lambda count: _TOGETHER // count**2)]
     with ThreadPoolExecutor(cores()) as pool:
         list(pool.map(store, chunks))
     return light.reshape(*shape, 3), transmission.reshape(shape)
@@ -101,7 +109,7 @@ def _layer(disk: Disk, cells: DiskCells, shape: tuple[int, int], looks: Looks, p
         x, y, number = np.broadcast_arrays(x, y, which[:, None, None])
         divisions = np.maximum(needed[number], least[number])
         finer = np.flatnonzero((needed > least)[which] & (pixels > 1))
-        for rows in np.array_split(finer, -(-finer.size * pixels**2 // _LIT) or 1):
+        for rows in np.array_split(finer, -(-finer.size * pixels**2 // _TOGETHER) or 1):
             divisions[rows] = np.maximum(_of_pixels(disk, cells, which[rows], int(pixels)), least[number[rows]])
         inside = (x < width) & (y < height)
         place = y[inside] * width + x[inside]
@@ -170,15 +178,15 @@ def _uneven(disk: Disk, cells: DiskCells, low: Array, high: Array, looks: Looks)
     """Cells in which an opacity that is a function changes; low, high (n, 2), between which across and azimuth lie."""
     if not callable(disk.opacity):
         return np.zeros(len(low), bool)
-    step = (np.arange(_LOOKED_AT) / (_LOOKED_AT - 1))[:, None, None]
+    step = (np.arange(_SAMPLED) / (_SAMPLED - 1))[:, None, None]
     across, azimuth = np.moveaxis(low + step * (high - low), -1, 0)
     radius = disk.inner + (disk.outer - disk.inner) * np.clip(across, 0, 1)
-    azimuth = np.broadcast_to(azimuth[:, None], (_LOOKED_AT, *azimuth.shape))
+    azimuth = np.broadcast_to(azimuth[:, None], (_SAMPLED, *azimuth.shape))
     radius = np.broadcast_to(radius, azimuth.shape)
     if not disk.emission.keeps_shape:
         emitted = looks.time - cells.extra[..., 4].mean(axis=1) * looks.delay
         azimuth = azimuth - disk.orbital(looks.spin, radius) * emitted
-    opacity = disk.opacity_at(radius.ravel(), azimuth.ravel()).reshape(_LOOKED_AT**2, -1)
+    opacity = disk.opacity_at(radius.ravel(), azimuth.ravel()).reshape(_SAMPLED**2, -1)
     return np.ptp(opacity, axis=0) > _UNEVEN
 
 
@@ -194,7 +202,11 @@ class _DividedPixels(NamedTuple):
 
 
 class _Sight(NamedTuple):
-    """Parts of pixels that see the plane at one crossing, and what they see, as `disk_sample` has it (m,)."""
+    """Parts of pixels that see the disk at one crossing.
+
+    target: (m,) numbers of the parts.
+    The other fields (m, ...) are those that `disk_sample` returns.
+    """
 
     target: Array
     cover: Array

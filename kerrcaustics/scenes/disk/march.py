@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kerrcaustics.scenes.colour import seen_black_body
-from kerrcaustics.scenes.disk.orbiting_spots import Flock, RayPart
+from kerrcaustics.scenes.disk.orbiting_spots import RayPart, SpotTraces
 from kerrcaustics.scenes.disk.volume import Volume
 from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime import kerr
@@ -42,13 +42,17 @@ _GAUSS = (0.5 - 0.75**0.5 / 3, 0.5 + 0.75**0.5 / 3)
 
 @dataclass(frozen=True)
 class Marching:
-    """Settings of marched rays: camera, volume, switches of `render`, and the step in scales of what changes.
+    """Settings of marched rays.
 
-    crossings: number of the first crossings of the equatorial plane by which the light of a ray is divided.
+    camera: the viewer.
+    volume: matter in space, or spots with their streaks.
+    beaming, colour_shift: switches of `render`.
+    step: length of a step, as a part of the length over which the matter changes.
+    crossings: number of the first crossings of the equatorial plane that divide the light of a ray.
     """
 
     camera: Viewer
-    volume: Volume | Flock
+    volume: Volume | SpotTraces
     beaming: bool
     colour_shift: bool
     step: float
@@ -56,10 +60,14 @@ class Marching:
 
 
 class Marched(NamedTuple):
-    """Light (n, 3) of n rays, the part (n,) of the light behind that comes through, and the number of steps of all.
+    """Light of n rays.
 
-    Divided by k crossings both have one more axis in front, of k + 1: light of what lies before the first crossing,
-    between it and the second, and so on; transmission up to each crossing, and in the end through all.
+    Divided by k crossings, light and transmission have one more axis in front, of k + 1: the light from before the
+    first crossing, from between it and the second, and so on, and the transmission up to each crossing and through all.
+
+    light: (n, 3) linear sRGB light.
+    transmission: (n,) part of the light behind that comes through.
+    steps: number of steps of all rays.
     """
 
     light: Array
@@ -67,12 +75,17 @@ class Marched(NamedTuple):
     steps: int
 
 
-class _Underway(NamedTuple):
-    """Rays on their way; those of a beam (m,) are the ray itself and, where widths are wanted, two neighbours.
+class _MarchedRays(NamedTuple):
+    """State of n rays; each of them is one ray, or a beam of m = 3 with two neighbours if its width counts.
 
-    constants (5, m, n): a2, a1, a0, k, b; at_infinity (n,), nu_camera / nu_infinity; place, rate (4, m, n) of u and m;
-    psi (m, n); side (n,), the sign of cos theta until the next crossing of the plane; crossed (n,), how many
-    there were; late (n,), the time of light there beside that at the camera, where it is wanted.
+    constants: (5, m, n) a2, a1, a0, k and b.
+    at_infinity: (n,) nu_camera / nu_infinity.
+    place: (4, m, n) u and the unit vector.
+    rate: (4, m, n) their derivatives by Mino time.
+    psi: (m, n) angle by which the unit vector is turned about the spin axis.
+    side: (n,) sign of cos theta until the next crossing of the plane.
+    crossed: (n,) number of crossings so far.
+    delay: (n,) coordinate time relative to the camera's, M, negative; 0 for a volume.
     """
 
     constants: Array
@@ -82,11 +95,11 @@ class _Underway(NamedTuple):
     psi: Array
     side: Array
     crossed: Array
-    late: Array
+    delay: Array
 
-    def part(self, which: Array) -> "_Underway":
+    def part(self, which: Array) -> "_MarchedRays":
         """The chosen rays."""
-        return _Underway(*(value[..., which] for value in self))
+        return _MarchedRays(*(value[..., which] for value in self))
 
 
 def marched(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"]) -> Marched:
@@ -112,23 +125,23 @@ def marched_between(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array,
         width = _width(way, rays)
         h = _step(way, rays, width)
         after = _advanced(way.camera.spin, rays, h)
-        if isinstance(way.volume, Flock):
-            after = after._replace(late=rays.late + _time_between(way.camera.spin, rays, after, h))
+        if isinstance(way.volume, SpotTraces):
+            after = after._replace(delay=rays.delay + _time_between(way.camera.spin, rays, after, h))
         middle = (rays.place[0, 0] + after.place[0, 0]) / 2
         within = np.flatnonzero((middle > 1 / way.volume.outer) & (middle < 1 / way.volume.inner))
-        if len(within) and isinstance(way.volume, Flock):
+        if len(within) and isinstance(way.volume, SpotTraces):
             _lit_by_spots(way, (rays.part(within), after.part(within), h[within]), width[within], number[within], light)
         elif len(within):
-            piece = _piece(way.camera.spin, rays.part(within), after.part(within), h[within])
-            _light_up(way, piece, width[within], number[within], (light, passing, transmission))
+            inner = _steps_within(way.camera.spin, rays.part(within), after.part(within), h[within])
+            _light_up(way, inner, width[within], number[within], (light, passing, transmission))
         rays, step_count = after, step_count + len(number)
     return Marched(way.volume.brightness * light, np.minimum.accumulate(passing), step_count)
 
 
-def _at_camera(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"]) -> _Underway:
+def _at_camera(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3 2"]) -> _MarchedRays:
     """Rays at the camera."""
     directions = sky[None]
-    if isinstance(way.volume, Flock) or way.volume.grids:
+    if isinstance(way.volume, SpotTraces) or way.volume.grids:
         beside = sky + _APART * np.moveaxis(steps, -1, 0)
         directions = np.concatenate([directions, beside / np.linalg.norm(beside, axis=-1, keepdims=True)])
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -138,18 +151,18 @@ def _at_camera(way: Marching, sky: Float[Array, "n 3"], steps: Float[Array, "n 3
     place, rate = (np.stack(np.broadcast_arrays(*part)) for part in (photon.position, photon.rate))
     # A camera in the plane does not cross it at the start.
     side = np.sign(np.where(np.abs(place[3, 0]) < _IN_PLANE, rate[3, 0], place[3, 0]))
-    psi, crossed, late = np.zeros(directions.shape[:2]), np.zeros(len(sky), int), np.zeros(len(sky))
-    return _Underway(constants, at_infinity, place, rate, psi, side, crossed, late)
+    psi, crossed, delay = np.zeros(directions.shape[:2]), np.zeros(len(sky), int), np.zeros(len(sky))
+    return _MarchedRays(constants, at_infinity, place, rate, psi, side, crossed, delay)
 
 
-def _on_the_way(way: Marching, rays: _Underway) -> Bool[Array, " n"]:
+def _on_the_way(way: Marching, rays: _MarchedRays) -> Bool[Array, " n"]:
     """True for rays that may still come to the volume, or on in it."""
     u, rate = rays.place[0, 0], rays.rate[0, 0]
     gone = (rate <= 0) & (u <= min(_NO_RETURN, (1 - 1e-12) / way.volume.outer))
     return ~gone & (u < (1 - _ABOVE_HORIZON) / kerr.horizon(way.camera.spin))
 
 
-def _step(way: Marching, rays: _Underway, width: Float[Array, " n"]) -> Float[Array, " n"]:
+def _step(way: Marching, rays: _MarchedRays, width: Float[Array, " n"]) -> Float[Array, " n"]:
     """The next step (n,) in Mino time: a part of the scale, a small arc, and no further than a rim or a crossing."""
     a2, a1, a0, k, _ = rays.constants[:, 0]
     u, rate = rays.place[0, 0], rays.rate[0, 0]
@@ -160,7 +173,7 @@ def _step(way: Marching, rays: _Underway, width: Float[Array, " n"]) -> Float[Ar
     length = np.minimum(length, way.step * _CHANGE_WITHIN * u / np.maximum(np.abs(rate), 1e-300))
     inside = (u > (1 - 1e-9) / way.volume.outer) & (u < (1 + 1e-9) / way.volume.inner)
     outside = _ARC / pace
-    if isinstance(way.volume, Flock):
+    if isinstance(way.volume, SpotTraces):
         # Time needs steps that change the radius by a part of it.
         outside = np.minimum(outside, _CHANGE_WITHIN * u / np.maximum(np.abs(rate), 1e-300))
     usual = np.where(inside, np.minimum(length, _ARC / pace), outside)
@@ -194,7 +207,7 @@ def _rates(spin: float, constants: Array, place: Array) -> tuple[Array, Array]:
     return np.concatenate([pull[None], across]), -spin * u * (2 - spin * b * u) / (1 - 2 * u + (spin * u) ** 2)
 
 
-def _advanced(spin: float, rays: _Underway, h: Float[Array, " n"]) -> _Underway:
+def _advanced(spin: float, rays: _MarchedRays, h: Float[Array, " n"]) -> _MarchedRays:
     """Rays a step (n,) later: Nystroem's method of order 4."""
     place, rate = rays.place, rays.rate
     first, turn = _rates(spin, rays.constants, place)
@@ -211,10 +224,14 @@ def _advanced(spin: float, rays: _Underway, h: Float[Array, " n"]) -> _Underway:
     )
 
 
-class _Piece(NamedTuple):
-    """A step within the volume: half of it in Mino time (n,); b, nu_camera / nu_infinity; two places in it.
+class _VolumeSteps(NamedTuple):
+    """Steps of n rays within the volume.
 
-    side, crossed: as of the rays when it begins.
+    half: (n,) half of the step, Mino time.
+    side, crossed: (n,) as of the rays at the start.
+    b: (n,) impact parameters.
+    at_infinity: (n,) nu_camera / nu_infinity.
+    places: radii, thetas and azimuths (n,) at both of Gauss's places in the step.
     """
 
     half: Array
@@ -225,7 +242,7 @@ class _Piece(NamedTuple):
     places: tuple[tuple[Array, Array, Array], ...]
 
 
-def _piece(spin: float, before: _Underway, after: _Underway, h: Float[Array, " n"]) -> _Piece:
+def _steps_within(spin: float, before: _MarchedRays, after: _MarchedRays, h: Float[Array, " n"]) -> _VolumeSteps:
     """Radius, theta and azimuth at Gauss's places of a step: cubics between its ends."""
     places = []
     start, end = ((rays.place[:, 0], h * rays.rate[:, 0], rays.psi[0]) for rays in (before, after))
@@ -236,10 +253,12 @@ def _piece(spin: float, before: _Underway, after: _Underway, h: Float[Array, " n
         u, x, y, z = early * start[0] + late * end[0] + leaving * start[1] + arriving * end[1]
         psi = early * start[2] + late * end[2] + leaving * turns[0] + arriving * turns[1]
         places.append((1 / u, np.arctan2(np.hypot(x, y), z), np.arctan2(y, x) + psi))
-    return _Piece(h / 2, before.side, before.crossed, before.constants[4, 0], before.at_infinity, tuple(places))
+    return _VolumeSteps(h / 2, before.side, before.crossed, before.constants[4, 0], before.at_infinity, tuple(places))
 
 
-def _light_up(way: Marching, piece: _Piece, width: Array, number: Array, sums: tuple[Array, Array, Array]) -> None:
+def _light_up(
+    way: Marching, steps: _VolumeSteps, width: Array, number: Array, sums: tuple[Array, Array, Array]
+) -> None:
     """Add the light of a step, and take away what it absorbs, of the rays with some numbers.
 
     sums: light and transmission between crossings, and transmission of all so far.
@@ -247,31 +266,31 @@ def _light_up(way: Marching, piece: _Piece, width: Array, number: Array, sums: t
     assert isinstance(way.volume, Volume)
     spin = way.camera.spin
     light, passing_up_to, transmission = sums
-    for radius, theta, azimuth in piece.places:
+    for radius, theta, azimuth in steps.places:
         density, temperature = way.volume.matter(radius, theta, azimuth, width)
-        energy = way.volume.energy(spin, piece.b, radius, theta)
+        energy = way.volume.energy(spin, steps.b, radius, theta)
         shines = np.flatnonzero((density > 0) & np.isfinite(energy))
         if not len(shines):
             continue
         energy, which, hot = energy[shines], number[shines], temperature[shines]
         # Matter measures the length -p.u d(lambda), and d(lambda) = Sigma d(tau).
         sigma = radius[shines] ** 2 + (spin * np.cos(theta[shines])) ** 2
-        passing = np.exp(-density[shines] * energy * sigma * piece.half[shines])
-        ratio = piece.at_infinity[shines] / energy
+        passing = np.exp(-density[shines] * energy * sigma * steps.half[shines])
+        ratio = steps.at_infinity[shines] / energy
         glow = seen_black_body(hot, ratio, way.beaming, way.colour_shift, way.volume.response)
         glow = glow * way.volume.tint(radius[shines], theta[shines], azimuth[shines], width[shines])
         # Each place lies before or behind the plane for itself: a step may end a little beyond it.
-        beyond = (np.cos(theta) * piece.side < 0)[shines]
-        layer = np.minimum(piece.crossed[shines] + beyond, way.crossings)
+        beyond = (np.cos(theta) * steps.side < 0)[shines]
+        layer = np.minimum(steps.crossed[shines] + beyond, way.crossings)
         light[layer, which] += (transmission[which] * (1 - passing))[:, None] * glow
         transmission[which] *= passing
         passing_up_to[layer, which] = transmission[which]
 
 
-def _between(spin: float, rays: tuple[_Underway, _Underway, Array], s: Array) -> RayPart:
+def _ray_part(spin: float, rays: tuple[_MarchedRays, _MarchedRays, Array], s: Array) -> RayPart:
     """Places in a step, at parts s (n,) of it: cubics between its ends."""
     before, after, h = rays
-    start, end = ((part.place[:, 0], h * part.rate[:, 0], part.psi[0], part.late) for part in (before, after))
+    start, end = ((part.place[:, 0], h * part.rate[:, 0], part.psi[0], part.delay) for part in (before, after))
     turns = [h * _rates(spin, part.constants[:, 0], part.place[:, 0])[1] for part in (before, after)]
     late = s * s * (3 - 2 * s)
     early, leaving, arriving, swell = 1 - late, s * (1 - s) ** 2, s * s * (s - 1), 6 * s * (1 - s)
@@ -288,7 +307,7 @@ def _about_axis(vector: Any, psi: Array) -> Float[Array, "n 3"]:
     return np.stack([x * c - y * s, x * s + y * c, z], axis=-1)
 
 
-def _time_between(spin: float, before: _Underway, after: _Underway, h: Array) -> Float[Array, " n"]:
+def _time_between(spin: float, before: _MarchedRays, after: _MarchedRays, h: Array) -> Float[Array, " n"]:
     """Time (n,) that passes in a step, backward, so negative.
 
     The way in flat space exactly, the rest by Simpson's rule: in flat space t + u' / u stays the same.
@@ -314,14 +333,14 @@ def _time_rate(spin: float, constants: Array, place: Array, rate: Array) -> Floa
 
 
 def _lit_by_spots(
-    way: Marching, rays: tuple[_Underway, _Underway, Array], width: Array, number: Array, light: Array
+    way: Marching, rays: tuple[_MarchedRays, _MarchedRays, Array], width: Array, number: Array, light: Array
 ) -> None:
     """Add the light of spots in a step, to that of rays with some numbers."""
-    assert isinstance(way.volume, Flock)
+    assert isinstance(way.volume, SpotTraces)
     before, after, h = rays
 
     def part_at(which: Array, s: Array) -> RayPart:
-        return _between(way.camera.spin, (before.part(which), after.part(which), h[which]), s)
+        return _ray_part(way.camera.spin, (before.part(which), after.part(which), h[which]), s)
 
     lit = way.volume.shine(part_at, h, width)
     ratio = before.at_infinity[lit.ray] / lit.energy
@@ -330,7 +349,7 @@ def _lit_by_spots(
     np.add.at(light, (layer, number[lit.ray]), lit.light[:, None] * glow)
 
 
-def _width(way: Marching, rays: _Underway) -> Float[Array, " n"]:
+def _width(way: Marching, rays: _MarchedRays) -> Float[Array, " n"]:
     """The larger diameter (n,) of a pixel's beam, across the ray, with lengths as in a flat space; 0 for no neighbours.
 
     In a flat space, so without frame dragging and the stretch of radii: it only chooses how coarse a grid is looked at.

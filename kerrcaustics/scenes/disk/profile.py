@@ -187,7 +187,11 @@ def _law(emissivity: Any) -> Callable[[Array], Array]:
 
 
 class _Sampled(NamedTuple):
-    """Frequency, and the logarithm of g^4 and the solid angle, (2, radii, turns), at nodes of ln r."""
+    """Samples of a disk at nodes.
+
+    node: (radii,) ln r of the nodes.
+    fields: (2, radii, turns) frequency ratio g, and the logarithm of g^4 times the solid angle.
+    """
 
     node: Array
     fields: Array

@@ -22,16 +22,19 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
-# The innermost place, in M from the middle as on a plane at the hole; of places that are further off in ln r there is
-# no image.
-_INNERMOST, _TAKEN = 1e-6, 1e-6
+# Smallest distance from the middle, M, as on a plane at the hole.
+_INNERMOST = 1e-6
+# Difference in ln r above which there is no image.
+_TAKEN = 1e-6
 
 
 class RingImages(NamedTuple):
-    """Places of n rings on the viewer's sky, each at one turn about the middle of the horizon's image.
+    """Places of n rings on the viewer's sky, each at one turn about the middle of the horizon; NaN for no image.
 
-    sky (n, axes); solid_angle (n,), for a unit of ln r and a radian of turn, in sr, or M^2 for an observer; redshift
-    (n,), nu_camera / nu_emitter; NaN for no image. rays, the number traced in all.
+    sky: (n, axes) places.
+    solid_angle: (n,) solid angles per unit of ln r and radian of turn: sr, or M^2 for an observer.
+    redshift: (n,) ratios nu_camera / nu_emitter.
+    rays: number of rays traced in all.
     """
 
     sky: Array

@@ -30,7 +30,13 @@ _FINE, _MOST_PARTS = 1.0, 4
 
 
 class _Band(NamedTuple):
-    """Spots whose radii are close to each other, in order of their phases at one moment; phase (k,), number (k,)."""
+    """Spots of similar radii, in order of their phases at one moment.
+
+    orbital: mean angular velocity dphi / dt.
+    drift: largest deviation from it.
+    phase: (k,) azimuths at that moment, radians, ascending.
+    number: (k,) numbers of the spots.
+    """
 
     orbital: float
     drift: float

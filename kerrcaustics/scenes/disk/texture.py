@@ -23,19 +23,19 @@ _LARGEST_PICTURE = 8192
 _MOST_PARTS = 16
 
 
-class Pyramid(NamedTuple):
-    """A picture and coarser ones, each half as fine.
+class TexturePyramid(NamedTuple):
+    """A picture and coarser levels of it, each half as fine.
 
-    pixels (m, channels), of one level behind the other, by rows; levels (k, 3): the first pixel, the rows and the
-    columns of each.
+    pixels: (m, channels) values of all levels, one after the other, by rows.
+    levels: (k, 3) number of the first pixel, rows and columns of each level.
     """
 
     pixels: Array
     levels: Array
 
     @classmethod
-    def of(cls, picture: Float[Array, "h w channels"]) -> "Pyramid":
-        """That of a picture."""
+    def from_picture(cls, picture: Float[Array, "h w channels"]) -> "TexturePyramid":
+        """The pyramid of a picture."""
         levels = [picture]
         while min(levels[-1].shape[:2]) >= 2:
             levels.append(_halved(levels[-1]))
@@ -51,7 +51,7 @@ class Pyramid(NamedTuple):
         values = kernel(f"texture_{channels}").on_rays(numbers, columns, tables=self)
         return np.asarray(values).reshape(-1, channels)
 
-    def at(self, across: Float[Array, " n"], azimuth: Float[Array, " n"]) -> Float[Array, "n channels"]:
+    def finest_values(self, across: Float[Array, " n"], azimuth: Float[Array, " n"]) -> Float[Array, "n channels"]:
         """Values (n, channels) of the finest level at places."""
         return self.values(1.0, (across, azimuth, np.ones(len(across)), np.zeros((len(across), 4))))
 
@@ -95,8 +95,8 @@ class Texture(Emission):
         check_light("light", picture)
         self.shape = picture.shape[:2]
         cover = None if alpha is None else _checked_alpha(alpha, self.shape)
-        self._pyramid = Pyramid.of(picture if cover is None else picture * cover)
-        self.cover = None if cover is None or cover.min() == 1 else Pyramid.of(cover)
+        self._pyramid = TexturePyramid.from_picture(picture if cover is None else picture * cover)
+        self.cover = None if cover is None or cover.min() == 1 else TexturePyramid.from_picture(cover)
 
     def __repr__(self) -> str:
         """Return a line with its size."""
@@ -123,7 +123,7 @@ class Texture(Emission):
         """Linear sRGB light (n, 3); for a shift of colours the picture counts as lit by daylight."""
         return self.mean(self._pyramid, samples) * shifted_light(samples.redshift, beaming, colour_shift)
 
-    def mean(self, pyramid: Pyramid, samples: DiskSamples) -> Float[Array, "n channels"]:
+    def mean(self, pyramid: TexturePyramid, samples: DiskSamples) -> Float[Array, "n channels"]:
         """Values (n, channels) of a pyramid, averaged over samples."""
         columns = samples.across, samples.azimuth, samples.radius, samples.matrix.reshape(-1, 4)
         return pyramid.values(samples.width, columns)
@@ -151,7 +151,7 @@ class AlphaOpacity:
         """The part (n,) of the light behind that is kept at places."""
         assert self.texture.cover is not None
         across = (radius - self.inner) / (self.outer - self.inner)
-        return as_part(self.texture.cover.at(across, azimuth - self.angle))
+        return as_part(self.texture.cover.finest_values(across, azimuth - self.angle))
 
     def mean(self, samples: DiskSamples) -> Float[Array, " n"]:
         """The opacity (n,), averaged over samples."""

@@ -39,9 +39,12 @@ _STEP, _DRAFT_STEP = 0.5, 1.5
 class Veil(NamedTuple):
     """Light and transmission of a volume in n pixels, row by row, divided by the k crossings of a disk.
 
-    light (k + 1, n, 3), of the matter before the first crossing, between it and the second, and so on, as it is seen
-    through the matter in front of it; transmission (k + 1, n), of the matter up to each crossing, and of all;
-    supersampled pixels; rays and steps, of all.
+    light: (k + 1, n, 3) light from before the first crossing, from between it and the second, and so on, dimmed by the
+        matter in front.
+    transmission: (k + 1, n) transmission of the matter up to each crossing, and of all.
+    supersampled: number of supersampled pixels.
+    rays: number of rays marched.
+    steps: number of steps of all rays.
     """
 
     light: Array
@@ -50,8 +53,8 @@ class Veil(NamedTuple):
     rays: int
     steps: int
 
-    def whole(self) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
-        """Light and transmission of all of it."""
+    def total(self) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
+        """Light and transmission of the whole volume."""
         return self.light.sum(axis=0), self.transmission[-1]
 
 
@@ -91,7 +94,7 @@ def veil_over(
     check_volume(volume, camera)
     moving = isinstance(volume, OrbitingSpots)
     step = _DRAFT_STEP if draft else _STEP
-    way = Marching(camera, volume.about(camera.spin, *when) if moving else volume, *shifts, step, crossings)
+    way = Marching(camera, volume.traces(camera.spin, *when) if moving else volume, *shifts, step, crossings)
     key = camera, view, shifts, crossings, when if moving else None, draft
     # Looked at once: another thread may put its own there.
     last = next(iter(_LAST), None)
@@ -127,7 +130,7 @@ def veil_of(way: Marching, view: Raster, refine: bool = True) -> Veil:
 
 def step_error(way: Marching, view: Raster, veil: Veil) -> float:
     """4/3 of the largest change that half the step makes to a sample of the pixels that see matter."""
-    light, transmission = veil.whole()
+    light, transmission = veil.total()
     lit = np.flatnonzero((transmission < 1) | light.any(axis=1))
     if not len(lit):
         return 0.0

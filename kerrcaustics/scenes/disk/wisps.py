@@ -8,7 +8,7 @@ import numpy as np
 from kerrcaustics.scenes.colour import ResponseLike
 from kerrcaustics.scenes.disk.emission import BlackBody, PageThorne, ThermalEmission
 from kerrcaustics.scenes.disk.samples import DiskSamples
-from kerrcaustics.scenes.disk.texture import Pyramid, Texture, as_part
+from kerrcaustics.scenes.disk.texture import Texture, TexturePyramid, as_part
 from kerrcaustics.scenes.scene_checks import check_number
 from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.checks import one_of, quoted, real_number, whole_number
@@ -18,12 +18,17 @@ Array = np.ndarray
 TemperatureLaw = Literal["black-body", "page-thorne"]
 _GASES: dict[str, Any] = {"black-body": BlackBody, "page-thorne": PageThorne}
 
+# Size of the pattern, pixels.
 _ROWS, _COLUMNS = 512, 2048
-# Waves from rim to rim, and once round, up to which all are equally strong; finer ones fall with this power.
-_ACROSS, _ROUND, _FALL = 5.0, 2.5, 1.55
-# The inner rim is ahead of the outer one by this angle (radians): wisps trail.
+# Number of waves from rim to rim up to which the spectrum is flat.
+_ACROSS = 5.0
+# Number of waves once round up to which the spectrum is flat.
+_ROUND = 2.5
+# Exponent with which the amplitude of finer waves falls.
+_FALL = 1.55
+# Angle (radians) by which the inner rim is ahead of the outer one, so that wisps trail.
 _TRAIL = 2.0
-# Part of the width, from each rim, over which the gas thins out.
+# Part of the disk's width over which the gas thins out at each rim.
 _SOFT = 0.14
 
 
@@ -92,7 +97,7 @@ class Wisps(Texture):
         tau = depth * (near * near * (3 - 2 * near)) * np.exp(contrast * field - contrast**2 / 2)
         # Of a texture, one channel: the part that shines is the same in all.
         self.shape, self.cover = (_ROWS, _COLUMNS), None
-        self._pyramid = Pyramid.of(-np.expm1(-tau)[..., None].astype(np.float32))
+        self._pyramid = TexturePyramid.from_picture(-np.expm1(-tau)[..., None].astype(np.float32))
 
     def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
         """The light of a black body, times the opacity; seen with g and both shifts, that of one of g T."""
@@ -105,7 +110,7 @@ class Wisps(Texture):
     def opacity(self, radius: Float[Array, " n"], azimuth: Float[Array, " n"]) -> Float[Array, " n"]:
         """The part (n,) of the light behind that is blocked when seen along the axis."""
         across = (radius - self.inner) / (self.outer - self.inner)
-        return as_part(self._pyramid.at(across, azimuth))
+        return as_part(self._pyramid.finest_values(across, azimuth))
 
 
 def _random_field(seed: int, across: Float[Array, "rows 1"]) -> Float[Array, "rows columns"]:
