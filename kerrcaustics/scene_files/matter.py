@@ -13,7 +13,7 @@ from kerrcaustics.scene_files.validation import SceneError
 from kerrcaustics.scene_files.volumes import values_in, volume_of
 from kerrcaustics.scenes.colour import ResponseLike
 from kerrcaustics.scenes.disk.turned import turned_disk, turned_volume
-from kerrcaustics.scenes.disk.veil import Glowing
+from kerrcaustics.scenes.disk.veil import Glowing, Matter
 from kerrcaustics.scenes.turned_sky import TurnedSky
 
 
@@ -68,7 +68,7 @@ class SceneMatter:
         if sky is not None and phi != 0:
             sky = TurnedSky(sky, -phi)
         disk = None if self.disk is None else turned_disk(self.disk, -phi)
-        matter = disk, None if volume is None else turned_volume(volume, -phi)
+        matter = Matter(disk, None if volume is None else turned_volume(volume, -phi))
         return FrameContents(sky, sky_radius, matter, self.contents.light, time)
 
     @property

@@ -27,7 +27,7 @@ from kerrcaustics.scene_files.contents import OverlaysTable
 from kerrcaustics.scene_files.expressions import Moment
 from kerrcaustics.scene_files.validation import SceneError, reject, table_errors
 from kerrcaustics.scenes.raster import Raster
-from kerrcaustics.scenes.render import Rendering
+from kerrcaustics.scenes.rendering import Rendering
 from kerrcaustics.shapes import Bool, Float, UInt8
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.shadow import shadow_edge

@@ -31,7 +31,7 @@ from kerrcaustics.scene_files.validation import check_contents, file_errors, rej
 from kerrcaustics.scene_files.view_over_time import ViewOverTime
 from kerrcaustics.scenes.motion import ShutterMotion
 from kerrcaustics.scenes.raster import Raster
-from kerrcaustics.scenes.render import Rendering
+from kerrcaustics.scenes.rendering import Rendering
 from kerrcaustics.shapes import Float, UInt8
 from kerrcaustics.spacetime.checks import one_of, quoted, real_number, whole_number
 from kerrcaustics.spacetime.viewer import Viewer

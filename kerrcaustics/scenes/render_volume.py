@@ -11,9 +11,9 @@ from kerrcaustics.scenes.disk.march import Marching
 from kerrcaustics.scenes.disk.veil import step_error, veil_of
 from kerrcaustics.scenes.disk.volume import Volume
 from kerrcaustics.scenes.raster import Raster, check_picture
-from kerrcaustics.scenes.render import Sky, render
+from kerrcaustics.scenes.render import render
 from kerrcaustics.scenes.scene_checks import check_number
-from kerrcaustics.scenes.sky import check_sky
+from kerrcaustics.scenes.sky import Sky, check_sky
 from kerrcaustics.spacetime.checks import flags, instance_of
 from kerrcaustics.spacetime.viewer import Viewer
 

@@ -15,9 +15,9 @@ import numpy as np
 from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.results.stages import stage
+from kerrcaustics.scenes.blur import SkyTurn
 from kerrcaustics.scenes.colour import shifted_light
 from kerrcaustics.scenes.footprint import Footprint, singular_values
-from kerrcaustics.scenes.motion import BOX, ShutterWeight
 from kerrcaustics.scenes.points import PointLights, displacements, draw_points
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky import Shifts, Sky, light_of_sky
@@ -76,47 +76,50 @@ def sky_light(
     view: Raster,
     sky: Sky,
     cells: SkyCells,
-    left: list[Parts],
+    uncovered: list[Parts],
     search: Callable[[], StarSearch],
     shifts: Shifts,
-    turn: float = 0.0,
+    turn: SkyTurn,
     end: Spherical = SKY,
-    weight: ShutterWeight = BOX,
 ) -> Float[Array, "h w 3"]:
     """Linear light (h, w, 3) of a picture.
 
-    left: parts of pixels that no cell covers; search: for images of stars; turn: angle (radians) by which all of the
-    sky turns about the spin axis while the picture is exposed, half of it on either side; end: the sphere with the sky;
-    weight: of the moments meanwhile.
+    uncovered: parts of the pixels that no cell covers.
+    search: function that returns the search for images of stars.
+    turn: turn of the sky during the exposure.
+    end: the sphere with the sky.
     """
     light, count = np.zeros((view.height * view.width, 3), np.float32), parts_of(cells)
     covering, points = covering_cells(cells, view.shape), sky.points
     lighting = _Lighting(camera, view, end, sky, points, shifts)
-    sweep = turn + sky.sweep
-    drift = 0.0 if sky.smooth else sweep
     with ThreadPoolExecutor(cores()) as pool:
         patches = Patches(cells)
-        for which, moments in _sweeps(cells, count == 1, drift, weight):
+        for which, moments in _sweeps(cells, count == 1, turn):
             some = _split(covered_pixels(covering, which), _TOGETHER)
             for times in moments:
-                now = _MovedPatches.at_times(cells, patches, drift, times)
+                now = _MovedPatches.at_times(cells, patches, turn.spread, times)
                 list(pool.map(partial(lighting.add, light, covering, now), some))
-        moment, _, spread = (float(part) for part in weight.over(0.0, 1.0))
-        lit = partial(lighting.of_part, motion=(drift * moment, drift * spread))
-        lights = [pool.map(lit, _pieces(left))]
+        moment, _, extent = (float(part) for part in turn.weight.parts_about(0.0, 1.0))
+        part_light = partial(lighting.part_light, motion=(turn.spread * moment, turn.spread * extent))
+        lights = [pool.map(part_light, _chunks(uncovered))]
         for n in (2, PARTS):
             some = _split(covered_pixels(covering, count == n), _TOGETHER // n**2)
-            lights.append(pool.map(lambda pixel, n=n: lit(lighting.divided(patches, covering, pixel, n)), some))
+            lights.append(pool.map(lambda pixel, n=n: part_light(lighting.divided(patches, covering, pixel, n)), some))
         for pixel, values in chain(*lights):
             _add(light, pixel, values)
         light = light.reshape(view.height, view.width, 3)
         if points is not None and len(points.direction):
-            _StarDrawing(camera, view, end, search(), shifts, weight, pool).draw(light, points, sweep)
+            _StarDrawing(camera, view, end, search(), shifts, turn, pool).draw(light, points)
     return light
 
 
 class _Times(NamedTuple):
-    """A part of an exposure: its mean moment, its share of the light, and how long a box of its variance is."""
+    """A part of an exposure.
+
+    moment: mean moment, from -1/2 to 1/2.
+    share: share of the light.
+    spread: length of a box with its variance, in units of the exposure.
+    """
 
     moment: float
     share: float
@@ -124,9 +127,12 @@ class _Times(NamedTuple):
 
 
 class _MovedPatches(NamedTuple):
-    """Patches of cells at the mean moment of a part of an exposure.
+    """Patches of cells in a part of an exposure.
 
-    rates: how they change over all of it, if they do; drift: the angle by which the sky turns about the spin axis.
+    patches: the patches at its mean moment.
+    rates: their change over the whole exposure; None if they stay.
+    drift: angle by which spread light turns in the whole exposure, radians.
+    times: the part of the exposure.
     """
 
     patches: Patches
@@ -136,7 +142,7 @@ class _MovedPatches(NamedTuple):
 
     @classmethod
     def at_times(cls, cells: SkyCells, patches: Patches, drift: float, times: _Times) -> "_MovedPatches":
-        """Those of some cells; patches: of the middle of the exposure."""
+        """The patches of some cells in a part of an exposure; patches: those in the middle of the exposure."""
         if not cells.moving:
             return cls(patches, None, drift, times)
         return cls(Patches(cells.at_moment(times.moment)), Patches(cells, cells.rates), drift, times)
@@ -152,17 +158,17 @@ class _MovedPatches(NamedTuple):
 
 
 def _sweeps(
-    cells: SkyCells, which: Bool[Array, " n"], turn: float, weight: ShutterWeight
+    cells: SkyCells, which: Bool[Array, " n"], turn: SkyTurn
 ) -> Iterator[tuple[Bool[Array, " n"], list[_Times]]]:
-    """Some cells, and the parts of an exposure so short that no footprint of theirs moves far; powers of two."""
-    if not cells.moving and not turn:
+    """Groups of cells, each with parts of the exposure so short that their footprints move little in one."""
+    if not cells.moving and not turn.spread:
         yield which, [_Times(0.0, 1.0, 1.0)]
         return
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.nan_to_num(cells.pixels_moved(turn) / _LONGEST_SWEEP, nan=1.0, posinf=_MOST_SWEEPS)
+        ratio = np.nan_to_num(cells.pixels_moved(turn.spread) / _LONGEST_SWEEP, nan=1.0, posinf=_MOST_SWEEPS)
     sweeps = 2 ** np.ceil(np.log2(np.clip(ratio, 1, _MOST_SWEEPS))).astype(int)
     for count in np.unique(sweeps[which]).tolist():
-        parts = np.stack(weight.divided(count), axis=-1).tolist()
+        parts = np.stack(turn.weight.divided(count), axis=-1).tolist()
         times = [_Times(moment, light / count, spread) for moment, light, spread in parts]
         yield which & (sweeps == count), times
 
@@ -213,7 +219,7 @@ class _Lighting(NamedTuple):
         places = CellPlaces.pixel_parts(pixel, covering, count)
         return Parts(np.stack(places[:2], axis=-1), places.side, self._footprint(patches, places))
 
-    def of_part(self, part: Parts, motion: tuple[float, float]) -> tuple[Int[Array, " m"], Float[Array, "m 3"]]:
+    def part_light(self, part: Parts, motion: tuple[float, float]) -> tuple[Int[Array, " m"], Float[Array, "m 3"]]:
         """Pixels (m,), and the light (m, 3) that their parts add; motion: the mean turn of the sky, and its extent."""
         footprint = part.footprint
         stars = self._unresolved(part.place[:, 0], part.place[:, 1], footprint, part.side)
@@ -274,7 +280,7 @@ def _split(pixel: Int[Array, " n"], together: int) -> list[Int[Array, " _m"]]:
     return np.split(pixel, range(together, len(pixel), together))
 
 
-def _pieces(parts: list[Parts]) -> Iterator[Parts]:
+def _chunks(parts: list[Parts]) -> Iterator[Parts]:
     for part in parts:
         for start in range(0, len(part.place), _TOGETHER):
             piece = slice(start, start + _TOGETHER)
@@ -289,20 +295,21 @@ class _StarDrawing(NamedTuple):
     end: Spherical
     search: StarSearch
     shifts: Shifts
-    weight: ShutterWeight
+    turn: SkyTurn
     pool: ThreadPoolExecutor
 
     @stage("stars")
-    def draw(self, light: Float[Array, "h w 3"], points: PointLights, sweep: float) -> None:
-        """Add stars to a picture while they turn about the spin axis by an angle, and cells move.
+    def draw(self, light: Float[Array, "h w 3"], points: PointLights) -> None:
+        """Add stars to a picture while they turn about the spin axis and cells move.
 
         Traces that are not straight are drawn from two halves of the exposure, and these from their halves.
         """
+        angle = self.turn.points
         which, middle, share = np.arange(len(points.direction)), np.zeros(len(points.direction)), 1.0
         for halving in range(_HALVINGS + 1):
-            some = points.some(which, sweep * middle) if halving or sweep else points
+            some = points.some(which, angle * middle) if halving or angle else points
             images = self.search.images(some, middle, self.pool)
-            trace, strays = _trace(images, some, sweep, share)
+            trace, strays = _trace(images, some, angle, share)
             far = np.unique(images.star[strays]) if halving < _HALVINGS else np.zeros(0, int)
             straight = ~np.isin(images.star, far)
             when = middle[images.star][straight], share
@@ -335,7 +342,7 @@ class _StarDrawing(NamedTuple):
         for doubling in np.unique(doublings):
             same, count = doublings == doubling, 2 ** int(doubling)
             moment = ((np.arange(count) + 0.5) / count - 0.5)[:, None]
-            part = self.weight.over(middle[same] + share * moment, share / count)
+            part = self.turn.weight.parts_about(middle[same] + share * moment, share / count)
             along = ((part.moment - middle[same]) / share)[..., None]
             place, power = images.place[same] + along * trace[same], part.light[..., None] * give[same] / count
             draw_points(light, self.view, place.reshape(-1, 2), power.reshape(-1, 3))

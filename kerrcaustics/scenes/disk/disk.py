@@ -10,7 +10,7 @@ from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
 from kerrcaustics.scenes.disk.texture import AlphaOpacity
 from kerrcaustics.scenes.scene_checks import check_above_horizon, check_brightness, check_number, check_rims, positive
 from kerrcaustics.shapes import Float
-from kerrcaustics.spacetime.checks import flags, one_of, quoted, real_array
+from kerrcaustics.spacetime.checks import flags, instance_of, one_of, quoted, real_array
 from kerrcaustics.spacetime.kerr import isco
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -45,6 +45,17 @@ def disk_about(disk: Any, viewer: Any) -> Any:
         return disk
     opacity = None if isinstance(disk.opacity, AlphaOpacity) else disk.opacity
     return replace(disk, inner=inner_rim(disk.inner, disk.motion, viewer.spin), opacity=opacity)
+
+
+def check_disk(disk: Any, spin: float) -> None:
+    """Raise ValueError unless there is a disk, outside the horizon of a hole."""
+    instance_of("disk", disk, Disk)
+    disk.check(spin)
+
+
+def outer_rim(disk: Any) -> float:
+    """The radius of the outer rim; 0 for no disk."""
+    return disk.outer if isinstance(disk, Disk) else 0.0
 
 
 def _is_isco(inner: Any) -> bool:

@@ -11,6 +11,7 @@ from kerrcaustics.results.declared import same
 from kerrcaustics.results.progress import report
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.colour import luminance
+from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.march import Marched, Marching, marched_between
 from kerrcaustics.scenes.disk.orbiting_spots import OrbitingSpots
 from kerrcaustics.scenes.disk.volume import Volume
@@ -60,6 +61,23 @@ class Veil(NamedTuple):
 
 Glowing = Volume | OrbitingSpots
 """Matter in space, or spots in its place."""
+
+
+class Matter(NamedTuple):
+    """Matter round the hole.
+
+    disk: a disk; None for none.
+    volume: matter in space, or spots in its place; None for none.
+    """
+
+    disk: Disk | None = None
+    volume: Glowing | None = None
+
+    @property
+    def exists(self) -> bool:
+        """True if there is any."""
+        return self.disk is not None or self.volume is not None
+
 
 # The last volume, the rest that its picture depends on, and that picture.
 _LAST: list[tuple[Glowing, tuple[Any, ...], Veil]] = []
