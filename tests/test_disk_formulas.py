@@ -155,7 +155,7 @@ def test_a_picture_is_linear_between_its_pixels():
     assert pyramid.levels.tolist() == [[0, 3, 4], [12, 2, 2], [16, 1, 1]]
     # Middles of pixels from the inner rim up; between the last and the first of a row; beyond the outer rim's middle.
     across, turns = np.array([1 / 6, 5 / 6, 1 / 2, 1.0]), np.array([1 / 8, 3 / 8, 0.0, 9 / 8])
-    found = pyramid.at(across, 2 * math.pi * turns)[:, 0]
+    found = pyramid.finest_values(across, 2 * math.pi * turns)[:, 0]
     assert found == pytest.approx([8, 1, (4 + 7) / 2, 0], abs=1e-9)
 
 

@@ -116,7 +116,7 @@ def test_cells_are_divided_along_an_edge(least):
     only_left = Division(
         100, trace, accept, least, lambda some: Squares(some.x[some.x < 16], some.y[some.x < 16], some.size)
     )
-    assert only_left.of(roots, none)[0].x.max() < 16
+    assert only_left.divide(roots, none)[0].x.max() < 16
 
 
 def test_every_pixel_is_seen_once():

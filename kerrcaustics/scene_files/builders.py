@@ -34,7 +34,7 @@ from kerrcaustics.spacetime.viewer import Viewer
 Array = np.ndarray
 Files = tuple[tuple[str, str], ...]
 
-# Of a disk before stars, which then both show in one exposure.
+# Brightness of a disk in front of stars at which both show in one exposure.
 _BEFORE_STARS = 600.0
 
 _HALF_TURN = np.diag([-1.0, -1.0, 1.0])
@@ -44,9 +44,9 @@ _THERMAL = {tables.BlackBodyTable: BlackBody, tables.PowerLawTable: PowerLaw, ta
 
 @lru_cache(maxsize=4)
 def sky_of(table: tables.SkyTable, folder: Path, files: Files, response: ResponseLike = "cie") -> Sky | None:
-    """The sky, None for a black one.
+    """The sky; None for a black sky.
 
-    files: names and hashes, so that a file that changed is read anew; response: to light, as for `black_body`.
+    files: names and hashes, so that changed files are read again; response: as for `black_body`.
     """
     with table_errors("sky"):
         match table:
@@ -61,7 +61,7 @@ def sky_of(table: tables.SkyTable, folder: Path, files: Files, response: Respons
 
 
 def sky_radius_of(contents: tables.Contents, viewer: Viewer) -> float:
-    """The radius of the sphere with the sky, infinite where it is left out; ValueError unless all is within."""
+    """The radius of the sphere with the sky, infinite by default; ValueError unless it contains the scene."""
     radius, disk = getattr(contents.sky, "radius", None), contents.disk
     rim = 0.0 if disk is None else disk.outer
     with table_errors("sky"):
@@ -79,14 +79,14 @@ def _stars(table: tables.StarsTable, folder: Path, response: ResponseLike) -> St
     if table.nebulae is None:
         return stars
     with table_errors("sky.nebulae"):
-        # Longitudes of FITS files say themselves where they begin.
+        # FITS files define the origin of their longitudes.
         turn = stars.galaxy @ (_HALF_TURN if is_fits(table.nebulae.file) else np.eye(3))
         picture = _panorama(table.nebulae, folder, np.eye(3) if table.nebulae.frame == "hole" else turn)
     return replace(stars, nebulae=picture)
 
 
 def _panorama(table: tables.PictureTable, folder: Path, frame: Array) -> Panorama:
-    """A picture; frame: rotation (3, 3) of the axes that its angles are about."""
+    """A picture; frame: rotation (3, 3) of the axes to which its angles refer."""
     file = folder / table.file
     turn = frame @ oriented(np.radians(table.orientation_deg), table.mirror != is_fits(file))
     look: dict[str, Any] = {"mirror": table.mirror, "brightness": table.brightness, "spectrum": table.spectrum}
@@ -105,7 +105,7 @@ def response_of(table: str | tables.GridTable, folder: Path, files: Files) -> Re
 
 
 def brightness_of(matter: tables.DiskTable | tables.VolumeTable, sky: tables.SkyTable) -> float:
-    """The brightness of a disk or a volume: left out, one that shows before the sky."""
+    """The brightness of a disk or a volume; by default one that shows in front of the sky."""
     if matter.brightness is not None:
         return matter.brightness
     return _BEFORE_STARS if isinstance(sky, tables.StarsTable) else 1.0
@@ -144,7 +144,7 @@ def _emission(table: tables.EmissionTable, disk: tables.DiskTable, folder: Path,
 
 
 def _spots(table: tables.SpotsTable, disk: tables.DiskTable, response: ResponseLike) -> Spots:
-    """Spots that are evenly spread over the disk, and so are their temperatures."""
+    """Spots with places and temperatures that are evenly distributed."""
     low, high = table.temperature
     if not 0 < low <= high:
         reject("disk.emission.temperature", "be two growing temperatures above 0", list(table.temperature))
@@ -185,7 +185,7 @@ def orbiting_spots_of(table: tables.OrbitingSpotsTable, spin: float, response: R
 
 
 def add_glare(light: Array, flare: tuple[tables.FlareTable, ...], folder: Path, scale: float) -> Array:
-    """Light (h, w, 3) after the halos of the lens, one after the other; scale: of the picture, widths go with it."""
+    """Light (h, w, 3) with all halos of the lens; scale: scale of the picture, by which widths are multiplied."""
     for i, halo in enumerate(flare):
         with table_errors(f"light.flare[{i}]"):
             light = with_glare(light, point_spread(halo, folder, scale))
@@ -193,7 +193,7 @@ def add_glare(light: Array, flare: tuple[tables.FlareTable, ...], folder: Path, 
 
 
 def point_spread(halo: tables.FlareTable, folder: Path, scale: float) -> Array:
-    """A point spread function. One from a file has the pixels of the whole picture."""
+    """A point spread function; files have the pixels of the whole picture."""
     if halo.file is not None:
         return read_picture(folder / halo.file)
     return glare_kernel(halo.share or 0.0, (halo.width or 0.0) * scale, halo.falloff)

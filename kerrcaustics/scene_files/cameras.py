@@ -32,14 +32,14 @@ from kerrcaustics.spacetime.camera import Camera, Velocity
 from kerrcaustics.spacetime.observer import Observer
 from kerrcaustics.spacetime.viewer import Viewer
 
-# Conservation of E, L_z and Q along a geodesic, below which its integration is good.
+# Largest relative change of E, L_z and Q along an accepted geodesic.
 _GOOD = 1e-8
-# Growth of rounding along a geodesic, as a part of the radius, below which its places are known: less than a pixel.
+# Largest growth of round-off along a geodesic, as a part of the radius: less than a pixel.
 _STEADY = 1e-5
-# Orbits next to the hole are followed for so long in two minutes.
+# Longest time, M, over which a geodesic is followed: two minutes of computation next to the hole.
 _LONGEST_FALL = 1e5
 _MOST_DEFINITIONS = 1000
-# Characters; it takes a second to read as many.
+# Largest length of all definitions, characters: reading them takes a second.
 _LONGEST_DEFINITIONS = 100_000
 CameraMotion = Staying | Splined | Formulated | Geodesic | Circling
 """The places of a camera from a first to a last time, which may be infinite."""
@@ -93,7 +93,7 @@ class CameraPath:
 
 
 def camera_path(contents: Contents, folder: Path, span: tuple[float, float] | None) -> CameraPath:
-    """Return the path of the camera. span: of the film, over which a geodesic is followed; None, the path's own."""
+    """Return the path of the camera. span: times between which a geodesic is followed; None for its own."""
     formulas = _definitions(contents)
     table, spin, distant = contents.camera, contents.hole.spin, contents.view.size is not None
     velocity = None if table.velocity == "path" else table.velocity
@@ -129,7 +129,7 @@ def varied(entry: str, value: Varied, path: CameraPath) -> "Formula | Splined":
 
 
 def value_at(varying: "Formula | Splined", moment: Moment) -> float:
-    """Return the value of `varied` at a time; a spline keeps its first value before it and its last one after it."""
+    """Return the value of `varied` at a time; a spline is constant before its first and after its last time."""
     if isinstance(varying, Splined):
         return varying.place(min(max(moment.time, varying.span[0]), varying.span[1])).radius
     return moment.value(varying).value
@@ -150,7 +150,7 @@ def _definitions(contents: Contents) -> dict[str, Formula]:
 
 
 def _at_rest(contents: Contents) -> tuple[Staying, Velocity]:
-    """Return the motion of an observer without a path: none, at any radius."""
+    """Return the motion of an observer without a path, who is at rest."""
     table = contents.camera
     theta = math.radians(90.0 if table.inclination_deg is None else table.inclination_deg)
     with table_errors("camera", spin="hole.spin"):
@@ -165,7 +165,7 @@ def _staying(contents: Contents) -> tuple[Staying, Velocity]:
     with table_errors("camera", spin="hole.spin"):
         camera = Camera(spin, table.radius or 0.0, theta, table.velocity)
         rate = phi_rate(spin, camera.radius, theta, camera.fido_velocity()[2])
-    # What is static stays to the last digit.
+    # Round-off must not move a static camera.
     rate = 0.0 if camera.velocity == "static" else rate
     start = Place(camera.radius, theta, math.radians(table.azimuth_deg or 0.0), 0.0, 0.0, rate)
     return Staying(start), camera.velocity or "fiducial"

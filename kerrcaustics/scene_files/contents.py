@@ -113,7 +113,7 @@ class ViewTable(SceneTable, kw_only=True, frozen=True):
     pitch_deg: Varied | None = None
 
     def complete(self) -> "ViewTable":
-        """The view of a camera, or the screen of an observer, with what is left out."""
+        """The view of a camera, or the screen of an observer, with defaults filled in."""
         defaults = CAMERA_VIEW if self.size is None else SCREEN
         absent = {key: value for key, value in defaults.items() if getattr(self, key) is None}
         return msgspec.structs.replace(self, **absent)
@@ -126,9 +126,9 @@ CAMERA_VIEW: dict[str, Any] = {
     "yaw_deg": 0.0,
     "pitch_deg": 0.0,
 }
-"""Keys of a view that a screen does not have, and what they are where they are left out."""
+"""Keys of a view that a screen lacks, and their defaults."""
 SCREEN: dict[str, Any] = {"centre": (0.0, 0.0)}
-"""Keys of a screen that a view of a camera does not have, and their values where they are left out."""
+"""Keys of a screen that a view of a camera lacks, and their defaults."""
 
 
 class NoSky(SceneTable, kw_only=True, frozen=True, tag="none", tag_field="kind"):
@@ -331,15 +331,17 @@ class LightTable(SceneTable, kw_only=True, frozen=True):
     flare: tuple[FlareTable, ...] | None = None
 
     def complete(self, sky: SkyTable, height: int) -> "LightTable":
-        """The light of a scene with what is left out: before stars the asinh curve, and a halo of the bright ones."""
+        """The light of a scene with defaults filled in: for stars the asinh curve, and a halo."""
         stars = isinstance(sky, StarsTable)
         glare = (FlareTable(share=_GLARE_SHARE, width=_GLARE_WIDTH * height),) if stars else ()
         flare, curve = (glare if self.flare is None else self.flare), ("asinh" if stars else "linear")
         return msgspec.structs.replace(self, flare=flare, curve=self.curve or curve)
 
 
-# Of the halo of stars: part of their light, and its width as a part of the picture's height.
-_GLARE_SHARE, _GLARE_WIDTH = 0.2, 1 / 240
+# Part of the light of stars in their default halo.
+_GLARE_SHARE = 0.2
+# Width of this halo, as a part of the picture's height.
+_GLARE_WIDTH = 1 / 240
 
 
 class FilmTable(SceneTable, kw_only=True, frozen=True):

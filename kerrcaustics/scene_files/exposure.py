@@ -1,4 +1,4 @@
-"""Exposures of a scene's frames: as its file says, or by the light of the frames."""
+"""Exposures of a scene's frames: from its file, or from the light of the frames."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -18,7 +18,7 @@ Array = np.ndarray
 Light = Float[Array, "height width 3"]
 
 _ENTRY = "light.exposure"
-# A film has its exposures from so many frames, in small: the whole of it costs little beside its frames.
+# Number of small frames from which a film has its exposures: few, so that they cost little beside the film.
 _KEYFRAMES = 9
 # Transmission of a disk below which a pixel shows the disk alone.
 _ALONE = 1e-3
@@ -26,7 +26,7 @@ _ALONE = 1e-3
 _ALMOST_ALL = 0.99
 # Value of a byte from which a pixel counts as visible.
 _VISIBLE = 24
-# Beyond it single precision ends.
+# Largest exposure: products with light stay within single precision.
 _BRIGHTEST = 1e30
 
 
@@ -72,15 +72,16 @@ def developed(light: Light, table: LightTable, exposure: float) -> Development:
 
 
 def exposure_of(light: Light, table: LightTable) -> float:
-    """The exposure by the light of a picture."""
+    """The exposure from the light of a picture."""
     with table_errors("light"):
         return auto_exposure(light, table.curve or "linear", table.softening)
 
 
 def keyframes(frames: int, light: Callable[[int], Light], moment: Callable[[int], float], table: LightTable) -> Varied:
-    """The exposure of a film, from the light of some of its frames: values at their times; frames without light aside.
+    """The exposure of a film from the light of some of its frames: values at times, without dark frames.
 
-    light: of a frame, in small; moment: its time.
+    light: function of a frame's number that returns its light at low resolution.
+    moment: function of a frame's number that returns its time.
     """
     numbers = sorted({round(float(number)) for number in np.linspace(0, frames - 1, min(frames, _KEYFRAMES))})
     pictures = ((moment(number), light(number)) for number in numbers)
@@ -88,12 +89,12 @@ def keyframes(frames: int, light: Callable[[int], Light], moment: Callable[[int]
     if len(keys) < 2:
         return keys[0][1] if keys else 1.0
     times, values = zip(*keys, strict=True)
-    # A star that flashes on a caustic must not darken the seconds about it.
+    # A flash of a star on a caustic must not darken the neighbouring seconds.
     return tuple(ValueAt(time=time, value=value) for time, value in zip(times, without_flashes(values), strict=True))
 
 
 def without_flashes(values: Sequence[float]) -> list[float]:
-    """Running medians of three; at each end of the end, its neighbour, and what the two next to it lead to.
+    """Running medians of three; at each end of the end value, its neighbour, and an extrapolation of two neighbours.
 
     References: Tukey 1977, Exploratory Data Analysis, ch. 7.
     """
@@ -108,22 +109,22 @@ def without_flashes(values: Sequence[float]) -> list[float]:
 
 
 def dark_disk(disk: DiskTable | None, sky: SkyTable, transmission: Array | None, picture: Array) -> tuple[str, ...]:
-    """A line on an opaque disk that a picture without overlays shows nearly black, where its brightness is given.
+    """A line on an opaque disk with a given brightness that is nearly black in a picture without overlays.
 
     transmission: part (height, width) of the light behind that the disk lets through.
     """
-    alone = np.zeros(picture.shape[:2], bool) if transmission is None else transmission < _ALONE
-    if disk is None or disk.brightness is None or not alone.any():
+    disk_only = np.zeros(picture.shape[:2], bool) if transmission is None else transmission < _ALONE
+    if disk is None or disk.brightness is None or not disk_only.any():
         return ()
     usual = brightness_of(msgspec.structs.replace(disk, brightness=None), sky)
-    if disk.brightness >= usual or np.quantile(picture[alone].max(axis=-1), _ALMOST_ALL) >= _VISIBLE:
+    if disk.brightness >= usual or np.quantile(picture[disk_only].max(axis=-1), _ALMOST_ALL) >= _VISIBLE:
         return ()
     hint = f"without that key it has {usual:g} (--set disk.brightness={usual:g})"
     return (f"The disk, with disk.brightness = {disk.brightness:g}, is nearly black beside its sky; {hint}",)
 
 
 def is_auto(table: LightTable) -> bool:
-    """True if the exposure is by the light."""
+    """True if the exposure comes from the light."""
     return table.exposure == AUTO
 
 

@@ -12,7 +12,7 @@ from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 
 Array = np.ndarray
 
-# A sine below which two directions are one.
+# Sine of the angle below which two directions are parallel.
 _SAME = 1e-9
 
 
@@ -43,7 +43,7 @@ def axes_of(
 def _turned_axes(forward: Array, up: Array, roll: float, yaw: float, pitch: float) -> tuple[Array, Array]:
     up = up - (up @ forward) * forward
     if np.linalg.norm(up) < _SAME:
-        # Along the spin axis anything may be up.
+        # Along the spin axis the upward direction is arbitrary.
         up = np.cross(forward, [0.0, 1.0, 0.0])
     up = up / np.linalg.norm(up)
     right = np.cross(forward, up)

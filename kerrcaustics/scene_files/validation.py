@@ -1,4 +1,4 @@
-"""Checks of a scene file, and their errors: one line that names the file, the key by its path, and what it must be."""
+"""Checks of a scene file, whose errors are one line with the file, the path of the key, and the requirement."""
 
 import math
 import re
@@ -12,7 +12,7 @@ from kerrcaustics.scenes.motion import shutter_weight
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.kerr import checked_spin
 
-# Names of arguments that are keys under another name, in degrees.
+# Keys of arguments that have another name in scene files.
 _KEYS = {"inclination": "inclination_deg", "field_of_view": "field_of_view_deg", "forward": "look", "up": "look"}
 _KEYS |= {"tilt": "galaxy_tilt_deg", "node": "galaxy_node_deg", "centre": "galaxy_centre_deg", "spread": "file"}
 _KEYS |= {"sky_radius": "radius", "path": "file", "light": "file", "orientation": "orientation_deg"}
@@ -41,7 +41,7 @@ def file_errors(name: str) -> Iterator[None]:
 def table_errors(table: str, **keys: str) -> Iterator[None]:
     """Turn errors about arguments of the package into errors about the keys of a table.
 
-    keys: entries by the names of arguments, for those that come from a key of another name.
+    keys: entries by the names of arguments, for keys that have other names than their arguments.
     """
     try:
         yield
@@ -59,7 +59,7 @@ def table_errors(table: str, **keys: str) -> Iterator[None]:
 
 
 def check_contents(contents: Contents) -> None:
-    """Raise ValueError for entries of a scene that exclude each other or lack each other."""
+    """Raise ValueError for entries of a scene that exclude each other, and for missing ones."""
     camera, film = contents.camera, contents.film
     with table_errors("hole"):
         checked_spin(contents.hole.spin)
@@ -105,7 +105,7 @@ def _check_viewer(contents: Contents) -> None:
 
 
 def _check_either(entry: str, table: Any, first: str, second: str) -> None:
-    """Raise ValueError unless a table has one of two keys."""
+    """Raise ValueError unless a table has exactly one of two keys."""
     absent = [getattr(table, key) is None for key in (first, second)]
     if absent[0] == absent[1]:
         reject(entry, f"have either {first} or {second}", "neither" if absent[0] else "both")

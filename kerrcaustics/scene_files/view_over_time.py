@@ -34,7 +34,7 @@ class ViewOverTime:
         return {entry: value_at(varying, moment) for entry, varying in self._varied.items()}
 
     def raster(self, camera: Viewer, time: float, scale: float, trial: bool = False) -> Raster:
-        """A view or a screen; trial: a view straight on, to try the rest without looking for the shadow."""
+        """A view or a screen; trial: a view with fixed axes, for checks that need not locate the shadow."""
         table, values = self.table, self.values(time)
         width, height = (max(round(scale * pixels), 1) for pixels in (table.width, table.height))
         with table_errors("view"):
@@ -47,8 +47,8 @@ class ViewOverTime:
             if not 0 < field <= widest * (1 + 1e-12):
                 shape = f"a {table.projection} picture of {width} x {height} pixels"
                 reject("view.field_of_view_deg", f"be above 0 and at most {widest:.6g} degrees for {shape}", field)
-            looking = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-            axes = looking if trial else axes_of(cast("Camera", camera), table.look, turns)
+            fixed = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+            axes = fixed if trial else axes_of(cast("Camera", camera), table.look, turns)
             return View(width, height, math.radians(field), table.projection, *axes)
 
     @cached_property

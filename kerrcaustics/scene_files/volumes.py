@@ -25,8 +25,8 @@ Values = tuple[tuple[str, float], ...]
 PLACE = ("r", "theta", "phi")
 """Names of the place in expressions of a volume: units of the mass, and radians."""
 
-# Places at which a volume is looked at before anything is marched.
-_LOOKED_AT = 256
+# Number of places at which a volume is evaluated before any ray is marched.
+_SAMPLED = 256
 
 _SIGNS: dict[type, Callable[[Any], Any]] = {ast.UAdd: np.positive, ast.USub: np.negative}
 _OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
@@ -61,7 +61,7 @@ class SpaceLaw(VolumeLaw):
 
     @property
     def symmetric(self) -> bool:
-        """True if it is the same all round."""
+        """True if it is the same at all azimuths."""
         return "phi" not in {node.id for node in ast.walk(self._tree) if isinstance(node, ast.Name)}
 
     @property
@@ -88,7 +88,7 @@ class SpaceLaw(VolumeLaw):
 
 
 def _value(tree: ast.expr, named: dict[str, Any]) -> Any:
-    """The value of an expression that `formula` has taken, with arrays for names."""
+    """The value of an expression that `formula` has accepted, with arrays for names."""
     match tree:
         case ast.Constant(value=number):
             return float(str(number))
@@ -110,7 +110,7 @@ def _reduced(function: Callable[[Any, Any], Any], first: Any, rest: tuple[Any, .
 
 
 def values_in(table: tables.VolumeTable, path: CameraPath, time: float) -> Values:
-    """Values at a time of the names in a volume's expressions, but for those of the place."""
+    """Values at a time of the names in a volume's expressions, without the coordinates of the place."""
     expressions, moment = _formulas(table), path.values_at(time)
     for name in PLACE:
         if name in path.formulas:
@@ -152,14 +152,14 @@ def volume_of(
         rims = table.inner, table.outer
         volume = Volume(density, temperature, *rims, table.scale, motion, brightness, response, colour)
         volume.check(spin)
-        parts = np.random.default_rng(0).random((3, _LOOKED_AT))
+        parts = np.random.default_rng(0).random((3, _SAMPLED))
         radius = table.inner * (table.outer / table.inner) ** parts[0]
-        volume.matter(radius, np.pi * parts[1], 2 * np.pi * parts[2], np.zeros(_LOOKED_AT))
+        volume.matter(radius, np.pi * parts[1], 2 * np.pi * parts[2], np.zeros(_SAMPLED))
     return volume
 
 
 def _law(table: tables.VolumeTable, name: str, values: Values, folder: Path) -> Any:
-    """Density, temperature or colour; grids beside one of the density are averaged by what their cells absorb."""
+    """Density, temperature or colour; with a grid of the density, other grids are averaged by absorption."""
     law = getattr(table, name)
     if isinstance(law, str):
         if name != "colour":
@@ -181,7 +181,7 @@ def _array_in(path: Path, entry: str) -> Array:
     """The array of a .npy file."""
     must = "name a .npy file with an array of numbers"
     try:
-        # Mapped, a file whose header promises more than there is takes no memory.
+        # Memory-mapped, so that a false header does not allocate memory.
         grid = np.load(path, mmap_mode="r", allow_pickle=False)
     except (OSError, ValueError, EOFError, SyntaxError) as error:
         reason = " ".join(str(error).split())[:80]

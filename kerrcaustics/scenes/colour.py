@@ -122,7 +122,7 @@ _LOBES = (
 )
 # Sensitivities (centre, deviation; nm) of the layers of the model film that become red, green and blue.
 _LAYERS = ((640.0, 25.0), (545.0, 25.0), (445.0, 25.0))
-# Bytes of a file of curves.
+# Largest file of curves, bytes.
 _LONGEST_TABLE = 10_000_000
 # From XYZ to linear sRGB, IEC 61966-2-1.
 _TO_SRGB = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
@@ -142,14 +142,14 @@ def black_body(
     white : float
         Temperature (K) of the black body that looks white, and has luminance 1.
     response : str or MeasuredResponse
-        What turns a spectrum into three channels. "cie": the eye, by the CIE functions. "film": a colour film, whose
+        Response to a spectrum in three channels. "cie": the eye, by the CIE functions. "film": a colour film, whose
         layers see red, green and blue alone, and whose three dyes are shown as the channels of the screen. Measured
         curves are used likewise, in place of the model's.
 
     Returns
     -------
     (..., 3) array
-        Channels divided by those of the white black body. Those outside the range of a screen are cut at zero.
+        Channels divided by those of the white black body, cut at zero where they leave the range of a screen.
 
     Raises
     ------
@@ -159,7 +159,7 @@ def black_body(
     Errors
     ------
     The colour-matching functions are the analytic fit of the reference, about 1 % of the maximum. The film is a model
-    of this package, not one that is sold: Gaussians of deviation 25 nm about 640, 545 and 445 nm, linear in the light.
+    of this package, not a product: Gaussians of deviation 25 nm about 640, 545 and 445 nm, linear in the light.
 
     References
     ----------
@@ -217,9 +217,9 @@ def shifted_light(
     ----------
     redshift : (...,) array
     beaming : bool
-        Intensity times g^4, over all frequencies. Otherwise the luminance stays the same.
+        Intensity times g^4, over all frequencies. Otherwise the luminance is kept.
     colour_shift : bool
-        The spectrum moves by g: a black body of temperature T looks like one of g T.
+        The spectrum is shifted by g: a black body of temperature T looks like a black body of g T.
     temperature : float or (...,) array
         Temperature of the light's source; pictures and swatches count as lit by daylight.
     response : str
@@ -239,7 +239,7 @@ def shifted_light(
 
 
 def _factor(before: Float[Array, "*_ 3"], after: Float[Array, "*batch 3"], beaming: bool) -> Float[Array, "*batch 3"]:
-    """Factors of light whose channels were so before they were shifted; without beaming the luminance stays."""
+    """Factors of light from its channels before and after the shift; without beaming the luminance is kept."""
     factor = after / before
     if beaming:
         return factor
@@ -299,7 +299,7 @@ def _power_law(exponent: Float[Array, "*_"], redshift: Reals) -> Float[Array, "*
 
 
 def _tabulated(grid: Float[Array, " n"], channels: Float[Array, "n 3"], redshift: Reals) -> Float[Array, "*batch 3"]:
-    """Channels of a table seen with frequency ratios: 0 where nothing of it is seen."""
+    """Channels of a table for frequency ratios; 0 for spectra shifted out of the visible range."""
     place = np.log(redshift)
     return np.stack([np.interp(place, grid, part, 0.0, 0.0) for part in channels.T], axis=-1)
 
@@ -312,7 +312,7 @@ def _shifted_table(
     grid = np.linspace(*ends, math.ceil((ends[1] - ends[0]) / _FINE) + 1)
     ratio = np.exp(grid)[:, None]
     spectrum = ratio**5 * np.interp(ratio * _WAVELENGTHS, wavelength, power, 0.0, 0.0)
-    # As those of black bodies, by which white light is.
+    # In units of the white black body, as other light.
     return grid, _channels(spectrum, "cie") / np.exp(_interpolated(np.asarray(DAYLIGHT), "cie"))
 
 
@@ -331,7 +331,7 @@ def seen_black_body(
 
 
 def from_srgb(colour: str, name: str = "colour") -> Float[Array, "3"]:
-    """Linear light (3,) of "#rrggbb"; name: that of the argument."""
+    """Linear light (3,) of "#rrggbb"; name: the name of the argument."""
     if not (isinstance(colour, str) and re.fullmatch("#[0-9a-fA-F]{6}", colour)):
         raise ValueError(f'Argument `{name}` must look like "#rrggbb", but is {quoted(colour)}.')
     return decoded(np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]))
@@ -344,7 +344,7 @@ def decoded(values: ArrayLike) -> Float[Array, "*shape"]:
 
 
 def encoded(light: ArrayLike) -> Float[Array, "*shape"]:
-    """sRGB values in [0, 1] of linear light; what is outside [0, 1] is cut."""
+    """sRGB values in [0, 1] of linear light, which is cut to [0, 1]."""
     light = np.clip(light, 0, 1)
     return np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
 
@@ -379,7 +379,7 @@ def _channels(spectrum: Float[Array, "n wavelengths"], response: ResponseLike) -
         return spectrum @ layers.T
     matching = np.stack([sum(_lobe(*lobe) for lobe in lobes) for lobes in _LOBES])
     light = spectrum @ matching.T @ _TO_SRGB.T
-    # A red or blue outside what a screen shows keeps a trace, so that ratios of it stay finite.
+    # A channel outside the range of a screen keeps a small value, so that ratios stay finite.
     return np.maximum(light, 1e-3 * (light @ _LUMINANCE)[:, None])
 
 

@@ -64,12 +64,12 @@ def weights_at(x: Array, y: Array) -> Weights:
 
 
 def _linear(s: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Linear functions that are 1 at one end, and their derivatives."""
+    """Linear functions with the value 1 at either end, and their derivatives."""
     return (1 - s, s), (-np.ones_like(s), np.ones_like(s))
 
 
 def _cubic(s: Array) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
-    """Cubics with the value 1 at one end, then those with the derivative 1 at one end; and their derivatives."""
+    """Cubics with the value 1 at either end, then with the derivative 1 at either end, and their derivatives."""
     values = (1 - (3 - 2 * s) * s * s, (3 - 2 * s) * s * s, s * (1 - s) ** 2, s * s * (s - 1))
     slopes = (6 * s * (s - 1), 6 * s * (1 - s), (1 - s) * (1 - 3 * s), s * (3 * s - 2))
     return values, slopes
@@ -85,7 +85,7 @@ def doubt(data: Float[Array, "cells 12 parts"]) -> Float[Array, "cells parts"]:
 
 
 def doubts(data: Float[Array, "cells 12 parts"]) -> tuple[Float[Array, "cells parts"], Float[Array, "cells parts"]]:
-    """The middle by either diagonal, less that by the edges."""
+    """Differences of the middle by either diagonal from the middle by the edges."""
     value, x, y = data[:, :4], data[:, 4:8], data[:, 8:]
     middle = np.tensordot(data, weights(0.5, 0.5, 0.0, 1).value[:, 0], ((1,), (0,)))
 

@@ -42,9 +42,9 @@ class Panorama(Sky):
         Linear sRGB, any unit. The north pole is above; the middle lies at phi' = pi, behind the hole for a camera at
         azimuth 0, and phi' grows to the left: writing reads as it does on the picture.
     orientation : float, (3,) or (3, 3) array, optional
-        Radians to the right, up and clockwise: the place so far to the right of the picture's middle and above it lies
-        at phi' = pi on the equator, and the picture is turned clockwise about that; a single number is the first of
-        them. Or a rotation from the axes of the picture to those of the celestial sphere.
+        Three angles, radians: the place at the first angle to the right of the picture's middle and the second above it
+        lies at phi' = pi on the equator, and the picture is turned clockwise about it by the third; a single number is
+        the first angle. Or a rotation from the axes of the picture to those of the celestial sphere.
     mirror : bool
         True for a chart of the sphere from outside, as a globe shows it: phi' grows to the right, from 0 to 2 pi.
     aspect : float
@@ -61,10 +61,9 @@ class Panorama(Sky):
 
     Notes
     -----
-    Held as a pyramid of pictures, each half as fine as the one before. Every one is smoothed along its rows as far as
-    its resolution requires on the sphere, which is more and more pixels toward the poles: a look-up therefore averages
-    over round neighbourhoods, the poles included. Look-ups are linear within a picture and between two, and go on
-    across the edge phi' = 0 and across the poles.
+    Held as a pyramid of pictures, each half as fine as the one before. Each is smoothed along its rows to its own
+    resolution on the sphere, over more pixels toward the poles, so that a look-up averages over round neighbourhoods
+    everywhere. Look-ups are linear within a picture and between two, and continuous across phi' = 0 and the poles.
 
     Examples
     --------
@@ -102,7 +101,7 @@ class Panorama(Sky):
         aspect: float = ASPECT,
         precision: type[np.floating] = np.float32,
     ) -> None:
-        """Take over the rows of a chart."""
+        """Keep the rows of a chart as a pyramid."""
         check_number("aspect", aspect, "be a finite number from 1 on", lambda ratio: 1 <= ratio < math.inf)
         self.orientation, self.rows, self.aspect, self._shift = orientation, rows, aspect, shift_of(spectrum)
         self._pyramid = pyramid(rows, blocks, precision)
@@ -133,8 +132,8 @@ class Panorama(Sky):
         name, FITS astropy. FITS images (.fits, .fit, .fits.gz) are plate carree, of one plane (grey) or three; theta'
         and phi' are 90 degrees - latitude and longitude of whatever frame they are in, unless mirror turns them over.
 
-        PNG files of 16 bits are read if they are grey. Photographs are turned as their EXIF tag says. What is
-        transparent is dark. The file is read by rows: beside the panorama little memory is needed. progress: as
+        PNG files of 16 bits are read if they are grey. Photographs are turned by their EXIF tag. Transparent
+        parts are dark. The file is read by rows: beside the panorama little memory is needed. progress: as
         for `render`.
         """
         check_brightness(brightness)
@@ -182,7 +181,7 @@ class Panorama(Sky):
         return light if light.shape[1] == 3 else np.repeat(light, 3, axis=1)
 
     def _averaged(self, footprint: Footprint, longest: float = LONGEST) -> Float[Array, "m channels"]:
-        """Light of pixels, of a grey picture in one channel."""
+        """Light of pixels; one channel for a grey picture."""
         pixels, levels = self._pyramid
         numbers = self.rows, len(levels), *self.orientation.ravel()
         name = f"picture_{pixels.shape[1]}_{pixels.dtype.str[1:]}"
@@ -226,7 +225,7 @@ def save_sky(path: str | os.PathLike[str], light: ArrayLike, *, mirror: bool = F
 
 
 def _blocks(picture: Float32[Array, "h w 3"], mirror: bool) -> Iterator[SphereRows]:
-    """The rows of a picture in memory, as those of a chart."""
+    """The rows of a picture in memory, as rows of a chart."""
     for first in range(0, len(picture), _BLOCK):
         some = picture[first : first + _BLOCK]
         yield SphereRows(first, slice(None), some if mirror else some[:, ::-1])
@@ -244,7 +243,7 @@ def _picture_rows(path: str | os.PathLike[str]) -> tuple[int, Iterator[SphereRow
 
 
 def _fits_rows(path: str | os.PathLike[str]) -> tuple[int, Iterator[SphereRows]]:
-    """The same of a FITS image."""
+    """The number of rows of a FITS image, and the rows."""
     rows, planes, blocks = plate_carree.read_sky(path)
     channel = (slice(None),) if planes == 1 else (slice(0, 1), slice(1, 2), slice(2, 3))
     return rows, (SphereRows(first, channel[k], light[..., None]) for k, first, light in blocks)
@@ -253,7 +252,7 @@ def _fits_rows(path: str | os.PathLike[str]) -> tuple[int, Iterator[SphereRows]]
 def _as_chart(
     path: str | os.PathLike[str], blocks: Iterable[SphereRows], mirror: bool, brightness: float
 ) -> Iterator[SphereRows]:
-    """Rows of a file with phi' to the right, and brighter; a ValueError after the last if some are no light."""
+    """Rows of a file with phi' to the right, and brighter; ValueError at the end if some values are no light."""
     bad = 0
     for first, channels, light in blocks:
         if wrong := not_light(light):
@@ -263,7 +262,7 @@ def _as_chart(
 
 
 def rotation(matrix: ArrayLike | None) -> Float[Array, "3 3"]:
-    """The matrix (3, 3) of an argument `orientation`, the identity when left out."""
+    """The matrix (3, 3) of an argument `orientation`; the identity for None."""
     if matrix is None:
         return np.eye(3)
     value = real_array("orientation", matrix)
@@ -273,7 +272,7 @@ def rotation(matrix: ArrayLike | None) -> Float[Array, "3 3"]:
 
 
 def oriented(value: ArrayLike | None, mirror: bool) -> Float[Array, "3 3"]:
-    """The matrix (3, 3) of a panorama's argument `orientation`: of angles, or as it is."""
+    """The matrix (3, 3) of a panorama's argument `orientation`, from angles or a matrix."""
     if value is None or np.ndim(value) == 2:
         return rotation(value)
     from scipy.spatial.transform import Rotation

@@ -1,7 +1,7 @@
 """Points of light on the celestial sphere, and all their images on a picture.
 
-The map of a picture (sky_cells.py) is inverted for every star: each image is drawn where it is, as large as a pixel,
-with the light that its magnification gives it.
+The map of a picture (sky_cells.py) is inverted for every star: each image is drawn at its place, as large as a pixel,
+with the light of the star times its magnification.
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ from kerrcaustics.spacetime.checks import real_array
 
 Array = np.ndarray
 
-# Images this close (pixels) are one, where cells meet.
+# Distance (pixels) below which images of two cells are one.
 _SAME = 0.02
 
 
@@ -82,7 +82,7 @@ class PointLights:
 
     @cached_property
     def bins(self) -> list[tuple[float, StarBins]]:
-        """For each limit, where images of some stars begin to fade: those that fade there or later, by their places."""
+        """For each limit at which images begin to fade, the bins of the stars that fade there or later."""
         found = []
         for limit in np.unique(self.limits).tolist():
             which = np.flatnonzero(self.limits >= limit)
@@ -99,7 +99,7 @@ class PointLights:
         return found
 
     def some(self, which: Int[Array, " m"] | Bool[Array, " n"], turn: ArrayLike) -> "PointLights":
-        """The chosen lights, turned about the spin axis by angles, (m,) or one; they fade as among all."""
+        """The chosen lights, turned about the spin axis by angles (m,) or by one angle; their limits are kept."""
         direction = rotated_about_axis(self.direction[which], turn)
         return PointLights(direction, self.flux[which], self.temperature[which], self.response, self.limits[which])
 
@@ -153,14 +153,14 @@ def steps_to(
 
 
 def distinct(star: Int[Array, " n"], place: Float[Array, "n 2"], positive: Bool[Array, " n"]) -> Int[Array, " m"]:
-    """Numbers (m,) of images without duplicates, from two starts or from two cells where they meet, by their stars.
+    """Numbers (m,) of images without duplicates from two starts of the search or two cells, by their stars.
 
-    positive: as of `Imaged`, on which side of critical curves they are.
+    positive: as of `Imaged`; images on different sides of a critical curve are different.
     """
     x, y = place.T
-    left = x.min(initial=0.0)
-    # One number to sort by, that of the star before the place: it is good to much less than what is the same.
-    order = np.argsort(star * (x.max(initial=0.0) - left + 1) + (x - left))
+    least = x.min(initial=0.0)
+    # A single key, star and place: its round-off is far below the distance of equal images.
+    order = np.argsort(star * (x.max(initial=0.0) - least + 1) + (x - least))
     star, x, y, positive = star[order], x[order], y[order], positive[order]
     dropped, first, ahead = np.zeros(len(order), bool), np.arange(len(order)), 0
     while len(first):
@@ -175,23 +175,23 @@ def distinct(star: Int[Array, " n"], place: Float[Array, "n 2"], positive: Bool[
 
 def displacements(images: Any, motion: Float[Array, "m 3"]) -> Float[Array, "m 2"]:
     """Displacements, in pixels, of images (`Imaged` or `PictureImages`) whose stars move by (m, 3)."""
-    # No steeper than where brightness is cut, too.
+    # The determinant is bounded as the brightness is.
     return steps_to(images.steps, motion, np.maximum(images.area**2, 1e-300))
 
 
 def draw_points(
     light: Float[Array, "h w 3"], view: Raster, place: Float[Array, "m 2"], power: Float[Array, "m 3"]
 ) -> None:
-    """Add images to a picture, whose light times solid angle is to be (m, 3): each is a quadratic B-spline.
+    """Add images to a picture, each a quadratic B-spline whose light times solid angle is a row of `power` (m, 3).
 
-    Its parts add up to 1. Any part beyond a side of a picture of the whole sky comes in where it belongs.
+    Parts of an image beyond a side of a picture of the whole sky are drawn at the opposite side.
     """
     (left, x_parts), (top, y_parts) = (_spline_parts(along) for along in place.T)
     flat, channels = light.reshape(-1, 3), np.ascontiguousarray(power.T)
     for i in range(3):
         for j in range(3):
             x, y, inside = _pixels(view, left + i, top + j)
-            # What lies outside adds nothing to the first pixel.
+            # Parts outside the picture add 0 to the first pixel.
             weight = np.where(inside, x_parts[i] * y_parts[j], 0) / view.pixel_sizes(x, y)
             for channel, part in enumerate(channels):
                 np.add.at(flat[:, channel], y * view.width + x, (weight * part).astype(light.dtype))
@@ -200,7 +200,7 @@ def draw_points(
 def _pixels(
     view: Raster, x: Int[Array, " m"], y: Int[Array, " m"]
 ) -> tuple[Int[Array, " m"], Int[Array, " m"], Bool[Array, " m"]]:
-    """Pixels of a picture where those at some places lie, the first one for those outside, and the mask of the rest."""
+    """Columns and rows of pixels in the picture, 0 for pixels outside, and the mask of those inside."""
     inside = (x >= 0) & (y >= 0) & (x < view.width) & (y < view.height)
     if view.closed:
         beyond = np.flatnonzero(~inside)
@@ -210,10 +210,7 @@ def _pixels(
 
 
 def _spline_parts(place: Float[Array, " m"]) -> tuple[Int[Array, " m"], tuple[Array, Array, Array]]:
-    """Pixels before the nearest ones to places; shares in an image there of these, of the nearest ones, and the next.
-
-    All along one side of the picture.
-    """
+    """The pixels before the nearest ones along a side; the shares of these, of the nearest and of the next pixels."""
     nearest = np.round(place)
     offset = place - nearest
     return nearest.astype(int) - 1, ((0.5 - offset) ** 2 / 2, 0.75 - offset**2, (0.5 + offset) ** 2 / 2)

@@ -1,4 +1,4 @@
-"""A quadtree of square cells of a picture; corners have one number each, in sets that grow as cells are split."""
+"""A quadtree of square cells of a picture, whose corners are shared."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, Generic, NamedTuple, TypeVar
@@ -15,19 +15,19 @@ Cells = TypeVar("Cells", bound=tuple[Any, ...])
 
 
 def joined(parts: Sequence[Cells]) -> Cells:
-    """Named tuples of arrays as one."""
+    """Named tuples of arrays, concatenated."""
     return type(parts[0])(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
 
 def merged(first: CornerSet, second: CornerSet) -> CornerSet:
-    """Two sets of corners as one: named tuples of arrays, the first of which is the key, sorted."""
+    """Two sets of corners merged: named tuples of arrays, sorted by the first one, the key."""
     both = joined([first, second])
     order = np.argsort(both[0])
     return type(first)(*(part[order] for part in both))
 
 
 def find(keys: Int[Array, " n"], key: Int[Array, "*shape"]) -> tuple[Int[Array, "*shape"], Bool[Array, "*shape"]]:
-    """Indices of keys among sorted ones, and the mask of those that are there."""
+    """Indices of keys among sorted keys, and the mask of those that occur."""
     if not len(keys):
         return np.zeros(key.shape, int), np.zeros(key.shape, bool)
     number = np.minimum(np.searchsorted(keys, key), len(keys) - 1)
@@ -35,7 +35,7 @@ def find(keys: Int[Array, " n"], key: Int[Array, "*shape"]) -> tuple[Int[Array, 
 
 
 def in_chunks(values: Int[Array, " n"], most: Callable[[int], int]) -> list[Int[Array, " _m"]]:
-    """Numbers of values that are equal, in chunks of at most so many."""
+    """Numbers of equal values, in chunks; most: function of a value that returns the largest size of a chunk."""
     chunks = []
     for value in np.unique(values):
         rows, step = np.flatnonzero(values == value), max(most(int(value)), 1)
@@ -44,8 +44,8 @@ def in_chunks(values: Int[Array, " n"], most: Callable[[int], int]) -> list[Int[
 
 
 def fill(mask: Array, x: Int[Array, " n"], y: Int[Array, " n"], size: Int[Array, " n"], value: ArrayLike) -> None:
-    """Set the pixels of squares, as far as they lie in a picture, to values (n,), or to one."""
-    # What lies beyond goes to a margin.
+    """Set the pixels of squares within a picture to values (n,), or to one value."""
+    # Pixels outside are written to a margin.
     whole, values = np.pad(mask, 1), np.broadcast_to(value, x.shape)
     for one in np.unique(size):
         same = np.flatnonzero(size == one)
@@ -75,7 +75,7 @@ class Squares(NamedTuple):
         return cls(x.ravel(), y.ravel(), size)
 
     def quarters(self, chosen: Bool[Array, " n"]) -> "Squares":
-        """Four cells in place of each of the chosen ones."""
+        """The four quarters of each of the chosen cells."""
         size = self.size // 2
         x, y = (
             np.concatenate([place[chosen] + step * size for step in steps])
@@ -97,7 +97,7 @@ class Level(NamedTuple, Generic[CornerSet]):
     number: Int[Array, "n 4"]
 
     def beside(self, chosen: Bool[Array, " n"]) -> Bool[Array, " n"]:
-        """True for cells with a corner that belongs to a chosen one too."""
+        """True for cells that share a corner with a chosen cell."""
         near = np.zeros(len(self.corners[0]), bool)
         near[self.number[chosen]] = True
         return np.asarray(near[self.number].any(axis=1))

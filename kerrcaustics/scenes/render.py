@@ -58,10 +58,10 @@ def render(
     beaming : bool
         Multiply the intensity by the fourth power of nu_camera / nu_source.
     colour_shift : bool
-        Shift spectra by nu_camera / nu_source: a black body has the colour of one that is hotter by this factor.
+        Shift spectra by nu_camera / nu_source: a black body has the colour of a black body hotter by this factor.
     delay : bool
-        Show the disk's pattern, which circles with it, and orbiting spots as they were when the light left them; else
-        as they are now. It needs a disk or a volume.
+        Show the pattern of the disk and orbiting spots at the times at which the light left them; else at `time`. It
+        needs a disk or a volume.
     time : float
         Time of the camera, for that pattern; coordinate time, in units of the mass. For an observer it excludes the
         travel time from the hole, as for `Observer`.
@@ -70,7 +70,7 @@ def render(
         Errors.
     sky_radius : float
         Boyer-Lindquist radius of the sphere with `sky`, beyond the camera, the disk and all photon orbits. Its
-        sources are at rest there; the flux of a star is that at the centre of the sphere, in flat space.
+        sources are at rest; the flux of a star is its flux at the centre of the sphere in flat space.
     motion : ShutterMotion, optional
         Motion during the exposure; without it, and in drafts, the picture shows the moment in the middle.
     progress : callable or bool, optional

@@ -42,7 +42,7 @@ class Rendering(Shown):
 
     @property
     def alpha(self) -> Float[Array, "height width"] | None:
-        """Opacity (h, w) of disk and volume, for another program to put something behind them; None with a sky.
+        """Opacity (h, w) of disk and volume, for compositing in other programs; None with a sky.
 
         The shadow of the hole is not matter, and is as transparent as its surroundings.
         """

@@ -73,17 +73,17 @@ def pixels(scale: Float[Array, "n 2 3"], miss: Float[Array, "n k 3"]) -> Float[A
 
 
 def parts_of(cells: SkyCells) -> Int[Array, " n"]:
-    """Numbers of parts, each way, into which pixels are divided: the linear map of a beam does not reach far."""
+    """Numbers of parts, each way, into which pixels are divided, as the map of a beam is linear only close to it."""
     return parts_for(cells.extent)
 
 
 def resolved(cells: SkyCells, extent: float) -> Bool[Array, " n"]:
-    """True for cells (n,) whose pixels see less of the sky than an extent, and are not to be divided."""
+    """True for cells (n,) whose pixels see less of the sky than an extent, and need no division."""
     return (cells.extent < extent * cells.size) & (parts_of(cells) == 1)
 
 
 def parts_for(extent: Float[Array, " n"]) -> Int[Array, " n"]:
-    """Numbers of parts, each way, into which pixels that see so much of the sky (n,), radians, are divided."""
+    """Numbers of parts, each way, into which pixels that see an angle (n,) of the sky, radians, are divided."""
     return np.where(extent < WIDE, 1, np.where(extent < _WIDEST, 2, PARTS))
 
 
@@ -113,12 +113,12 @@ class Patches:
     """The patches of cells, as kernels read them."""
 
     def __init__(self, cells: SkyCells, data: Float[Array, "n 12 3"] | None = None) -> None:
-        """Parameters: data, if they are not those of the cells."""
+        """Parameters: data, in place of the data of the cells."""
         columns = [
             part.reshape(-1, size) for part, size in ((cells.data if data is None else data, 36), (cells.curving, 9))
         ]
         table = kernel("cell_polynomials").on_rays((), (cells.x, cells.y, cells.size, *columns))
-        # Kernels read tables of a row or more; without cells no place asks for it.
+        # Kernels need tables with a row; without cells it is never read.
         self._table = table if len(table) else np.zeros((1, table.shape[1]))
 
     def values(self, places: CellPlaces) -> Float[Array, "m 3"]:
@@ -126,14 +126,14 @@ class Patches:
         return np.asarray(kernel("drift").on_rays((), places[:3], tables=[self._table]))
 
     def footprint(self, places: CellPlaces, redshift: Float[Array, " m"]) -> Footprint:
-        """The footprints of squares, as linear images of them, widened as those of parts of pixels are."""
+        """The footprints of squares, as linear images of them, widened by `widest_aspect`."""
         numbers = places.side, widest_aspect(places.side)
         direction, matrix, bend = kernel("square_footprint").on_rays(numbers, places[:3], tables=[self._table])
         return Footprint(direction, matrix, bend, redshift)
 
 
 def covering_cells(cells: SkyCells, shape: tuple[int, int]) -> Int[Array, "h w"]:
-    """The number of the cell that covers each pixel of a picture; -1 where none does."""
+    """The number of the cell that covers each pixel of a picture; -1 without one."""
     covering = np.full(shape, -1, np.int32)
     fill(covering, cells.x, cells.y, cells.size, np.arange(len(cells.x), dtype=np.int32))
     return covering
@@ -141,5 +141,5 @@ def covering_cells(cells: SkyCells, shape: tuple[int, int]) -> Int[Array, "h w"]
 
 def covered_pixels(covering: Int[Array, "h w"], which: Bool[Array, " n"]) -> Int[Array, " m"]:
     """Pixels that some cells cover, by their numbers in reading order."""
-    # Pixels without a cell have its last number.
+    # Pixels without a cell have the number -1, which selects the appended False.
     return np.flatnonzero(np.append(which, False)[covering.ravel()]).astype(np.int32)

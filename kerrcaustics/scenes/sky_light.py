@@ -1,6 +1,6 @@
 """The light of a sky in the pixels of a picture, from cells that see it (sky_cells.py) and parts of pixels beside them.
 
-What is spread over the sky is averaged over footprints; what comes from points is drawn where their images lie.
+Spread light is averaged over footprints; points of light are drawn at their images.
 """
 
 from collections.abc import Callable, Iterator
@@ -41,11 +41,13 @@ from kerrcaustics.spacetime.viewer import Viewer
 Array = np.ndarray
 Light = Float[Array, "h w 3"]
 
-# Parts of pixels that are lit together: they fit in a core's cache.
+# Parts of pixels that a core lights at a time: they fit in its cache.
 _TOGETHER = 1 << 15
-# Footprints that move farther than this (pixels) are swept in several parts of the exposure; at most so many.
-_LONGEST_SWEEP, _MOST_SWEEPS = 1.5, 32
-# Longest trace that is drawn at once, pixels: a longer one is drawn from two halves of the exposure.
+# Longest motion of a footprint in a part of the exposure, pixels.
+_LONGEST_SWEEP = 1.5
+# Largest number of such parts.
+_MOST_SWEEPS = 32
+# Longest trace that is drawn at once, pixels: longer traces are drawn from two halves of the exposure.
 _LONGEST_TRACE = 64.0
 # Largest distance of such a trace from a straight line, pixels.
 _STRAIGHT = 0.3
@@ -176,15 +178,15 @@ def _sweeps(
 def _swept(footprint: Footprint, motion: Float[Array, "m 3"]) -> Footprint:
     """Footprints that move over the sky by (m, 3): covariances of both add up.
 
-    A pixel's Gaussian has the deviation of half its footprint, and a straight way of length d that of d / sqrt 12.
+    A pixel's Gaussian has the deviation of half its footprint, and a straight path of length d that of d / sqrt 12.
     """
-    way = np.stack([(axis * motion).sum(axis=1) for axis in polar_basis(footprint.direction)], axis=-1)
+    path = np.stack([(axis * motion).sum(axis=1) for axis in polar_basis(footprint.direction)], axis=-1)
     along = singular_values(footprint.matrix)[2]
     across = np.stack([-np.sin(along), np.cos(along)], axis=-1) * footprint.bend[:, None]
     square = footprint.matrix @ np.swapaxes(footprint.matrix, 1, 2)
-    for scale, vector in ((1.0, across), (1 / 3, way)):
+    for scale, vector in ((1.0, across), (1 / 3, path)):
         square = square + scale * vector[:, :, None] * vector[:, None, :]
-    return replace(footprint, matrix=_root(square), bend=np.zeros(len(way)))
+    return replace(footprint, matrix=_root(square), bend=np.zeros(len(path)))
 
 
 def _root(square: Float[Array, "m 2 2"]) -> Float[Array, "m 2 2"]:
@@ -195,7 +197,14 @@ def _root(square: Float[Array, "m 2 2"]) -> Float[Array, "m 2 2"]:
 
 
 class _Lighting(NamedTuple):
-    """What lights pixels: all but the points of light that they resolve."""
+    """The light of pixels without the points of light that they resolve.
+
+    camera, view: the viewer and its picture.
+    end: the sphere with the sky.
+    sky: the sky.
+    points: its points of light; None without any.
+    shifts: shifts of light.
+    """
 
     camera: Viewer
     view: Raster
@@ -207,7 +216,7 @@ class _Lighting(NamedTuple):
     def add(
         self, light: Float[Array, "pixels 3"], covering: Int[Array, "h w"], now: _MovedPatches, pixel: Int[Array, " m"]
     ) -> None:
-        """Add to the light of a picture that of pixels that cells cover, in a part of the exposure."""
+        """Add the light of pixels that cells cover to a picture, for a part of the exposure."""
         places = CellPlaces.pixel_parts(pixel, covering, 1)
         footprint = self._footprint(now.patches, places)
         stars = self._unresolved(places.x, places.y, footprint, 1.0)
@@ -220,16 +229,16 @@ class _Lighting(NamedTuple):
         return Parts(np.stack(places[:2], axis=-1), places.side, self._footprint(patches, places))
 
     def part_light(self, part: Parts, motion: tuple[float, float]) -> tuple[Int[Array, " m"], Float[Array, "m 3"]]:
-        """Pixels (m,), and the light (m, 3) that their parts add; motion: the mean turn of the sky, and its extent."""
+        """Pixels (m,), and the light (m, 3) of their parts; motion: mean and extent of the turn of the sky, radians."""
         footprint = part.footprint
         stars = self._unresolved(part.place[:, 0], part.place[:, 1], footprint, part.side)
-        turned, turn = motion
-        if turn:
-            footprint = _swept(footprint, turn * turning(footprint.direction)).turned_by(-turned)
+        mean, extent = motion
+        if extent:
+            footprint = _swept(footprint, extent * turning(footprint.direction)).turned_by(-mean)
         light = (light_of_sky(self.sky, footprint, self.shifts) + stars) * (part.share * part.side**2)
         x, y = np.round(part.place).astype(int).T
         pixel = y * self.view.width + x
-        # Parts of a pixel follow each other.
+        # Parts of a pixel are consecutive.
         first = np.flatnonzero(np.diff(pixel, prepend=-1))
         return pixel[first], np.add.reduceat(light, first, axis=0)
 
@@ -248,7 +257,7 @@ class _Lighting(NamedTuple):
         if self.points is None or not len(footprint):
             return 0.0
         light = np.zeros((len(footprint), 3))
-        # No pixel sees more than the square of the longest side of what it sees.
+        # An upper limit of the solid angle that a part sees: the square of the longest axis of its footprint.
         square = np.square(footprint.matrix.reshape(-1, 4)) @ np.ones(4)
         some = np.flatnonzero(square > side**2 * self.points.limits.min(initial=np.inf))
         if len(some):
@@ -271,7 +280,7 @@ def _add(light: Float32[Array, "pixels 3"], pixel: Int[Array, " m"], values: Flo
     """Add values to different pixels."""
     some = np.take(light, pixel, axis=0)
     some += values
-    # As one item of each pixel: three times as fast.
+    # Whole pixels as items are three times as fast.
     item = np.dtype((np.void, 12))
     light.view(item)[pixel] = some.view(item)
 
@@ -288,7 +297,15 @@ def _chunks(parts: list[Parts]) -> Iterator[Parts]:
 
 
 class _StarDrawing(NamedTuple):
-    """The drawing of points of light on a picture."""
+    """The drawing of points of light on a picture.
+
+    camera, view: the viewer and its picture.
+    end: the sphere with the sky.
+    search: search for images of stars.
+    shifts: shifts of light.
+    turn: turn of the sky during the exposure.
+    pool: threads of the search.
+    """
 
     camera: Viewer
     view: Raster
@@ -327,16 +344,16 @@ class _StarDrawing(NamedTuple):
         points: PointLights,
         when: tuple[Float[Array, " m"], float],
     ) -> None:
-        """Draw images along their traces; when: the middles of these in the exposure, and their share of it."""
+        """Draw images along their traces; when: the middles of the traces in the exposure, and their share of it."""
         middle, share = when
         if not len(images.star):
             return
         kept = 1 - faded_fraction(images.solid_angles(self.camera, self.view), points.limits[images.star])
-        give = points.flux[images.star] * (share * kept * images.magnification)[:, None]
+        power = points.flux[images.star] * (share * kept * images.magnification)[:, None]
         if any(self.shifts):
             cosine = points.direction[images.star, 2]
             ratio = frequency_ratios(self.camera, self.end, self.view.directions(*images.place.T)[0], cosine)
-            give *= shifted_light(ratio, *self.shifts, points.temperature[images.star], points.response)
+            power *= shifted_light(ratio, *self.shifts, points.temperature[images.star], points.response)
         length = np.abs(trace).max(axis=1) / _APART
         doublings = np.ceil(np.log2(np.maximum(length, 1))).astype(int)
         for doubling in np.unique(doublings):
@@ -344,20 +361,21 @@ class _StarDrawing(NamedTuple):
             moment = ((np.arange(count) + 0.5) / count - 0.5)[:, None]
             part = self.turn.weight.parts_about(middle[same] + share * moment, share / count)
             along = ((part.moment - middle[same]) / share)[..., None]
-            place, power = images.place[same] + along * trace[same], part.light[..., None] * give[same] / count
-            draw_points(light, self.view, place.reshape(-1, 2), power.reshape(-1, 3))
+            place = images.place[same] + along * trace[same]
+            powers = part.light[..., None] * power[same] / count
+            draw_points(light, self.view, place.reshape(-1, 2), powers.reshape(-1, 3))
 
 
 def _trace(
     images: PictureImages, points: PointLights, angle: float, share: float
 ) -> tuple[Float[Array, "m 2"], Bool[Array, " m"]]:
-    """Displacements (m, 2), in pixels, of images in a share of the exposure; the mask of those that are not straight.
+    """Displacements (m, 2), in pixels, of images in a share of the exposure, and the mask of bent traces.
 
     angle: by which stars turn about the spin axis in all of it.
     """
     trace = displacements(images, share * (angle * turning(points.direction[images.star]) - images.rate[:, 0]))
     squares = np.stack([trace[:, 0] ** 2, 2 * trace[:, 0] * trace[:, 1], trace[:, 1] ** 2], axis=-1)
-    # The second derivative of a place whose n' stays: that of the map along the trace, and twice that of its motion.
+    # Second derivative of a place of constant n': that of the map along the trace, and twice that of its motion.
     bending = (squares[..., None] * images.curving).sum(axis=1)
     bending += 2 * share * (trace[..., None] * images.rate[:, 1:]).sum(axis=1)
     strayed = displacements(images, bending / 8)

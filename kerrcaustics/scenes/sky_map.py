@@ -1,10 +1,11 @@
-"""The map of a picture to the celestial sphere, or to one of finite radius: n' of every pixel, from few beams.
+"""The map of a picture to the celestial sphere, or to a sphere of finite radius: n' of every pixel, from few beams.
 
 Away from the shadow edge n' is a smooth function of the place on the picture. So beams are traced at the corners of
-square cells, and coons_patches.py joins them. Rays check the patch of each cell; cells that are off are
-divided, down to single pixels. Pixels on the shadow edge, and the few next to it where no patch is good, are left over.
+square cells, and coons_patches.py joins them. Rays check the patch of each cell; cells with large errors are
+divided, down to single pixels. Pixels on the shadow edge, and the few next to it without a good patch, stay uncovered.
 
-While the camera moves, n' of a cell moves straight on: what does not, and what the shadow edge passes over, is divided.
+While the camera moves, n' of a cell moves along a straight line; cells where it does not, and cells that the shadow
+edge passes over, are divided.
 """
 
 from collections.abc import Callable
@@ -34,20 +35,23 @@ Array = np.ndarray
 Plane = Raster | EdgeChart | CapChart
 """A rectangle of pixels, each with a direction: it is divided into cells."""
 
-# A hundredth of a pixel is visible: beams need not be better.
 TOLERANCE = 1e-7
-# The largest cells: pixels, and radians.
-_LARGEST, _LARGEST_ANGLE = 32, 0.05
-# Stars shine into a picture from so many pixels beyond its border.
+"""Tolerance of beams, radians: far less than a hundredth of a pixel."""
+# Side of the largest cells, pixels.
+_LARGEST = 32
+# Side of the largest cells, radians.
+_LARGEST_ANGLE = 0.05
+# Pixels beyond the border of a picture from which stars shine into it.
 _MARGIN = 1
-# Where patches are checked by rays, in units of the cell, as in map_formulas.py: its middle, and those of two edges.
+# Places where rays check patches, in units of the cell, as in map_formulas.py: its middle, and those of two edges.
 _CHECKS = ((0.5, 0.5), (0.5, 0.0), (0.0, 0.5))
-# Points of the shadow edge that no cell may hide.
+# Points of the shadow edge: cells that contain one are divided.
 _EDGE_POINTS = 1440
-# Largest error of n', in pixels, when an exposure begins and ends.
 CROOKED = 0.25
-# Of a shadow edge that moves, so many moments are looked at, and the pixels beside it.
+"""Largest deviation of n' from straight motion at the ends of an exposure, pixels."""
+# Number of moments at which a moving shadow edge is evaluated.
 _EDGES = 16
+# Steps to the neighbouring pixels of a moving edge, and to the pixel itself.
 _BESIDE = np.stack(np.meshgrid(*2 * [np.arange(-1, 2)]), axis=-1).reshape(-1, 2)
 Rows = TypeVar("Rows", "SkyCorners", SkyCells)
 
@@ -139,7 +143,7 @@ class _SkyLattice(NamedTuple):
         beyond = np.pad(~hidden, self.margin, mode="edge")
         lattice = np.pad(beyond, ((y - self.margin, self.size), (x - self.margin, self.size)))
         counts = np.pad(lattice, ((1, 0), (1, 0))).cumsum(axis=1, dtype=np.int32)
-        # Many times as fast as `cumsum` of columns.
+        # Much faster than `cumsum` of columns.
         for above, row in pairwise(counts):
             row += above
         return counts
@@ -154,7 +158,7 @@ class _SkyLattice(NamedTuple):
         if self.exposure is None:
             place, slope = _beams(self.camera, self.view, x, y, self.end)
             return SkyCorners(key, place, slope, np.zeros((len(key), 0, 3)))
-        # The sky is at rest, and the camera goes round.
+        # In the frame in which the sky is at rest and the camera moves.
         first, now, last = (_columns(moment, x, y, self.end) for moment in self.exposure.moments)
         off = (first[:, :1] + last[:, :1]) / 2 - now[:, :1]
         moved = np.concatenate([last - first, off], axis=1)
@@ -171,14 +175,14 @@ class _SkyLattice(NamedTuple):
         )
 
     def edge(self) -> tuple[Array, Array]:
-        """Pixels on the shadow edge, some of them, on the lattice."""
+        """A sample of the pixels on the shadow edge, on the lattice."""
         if not isinstance(self.view, Raster):
             return np.zeros(0, int), np.zeros(0, int)
         if self.exposure is None:
             points = self.view.pixels(shadow_edge(self.camera, _EDGE_POINTS))
         else:
             moments = [self.exposure.moment_at(float(moment)) for moment in np.linspace(-0.5, 0.5, _EDGES)]
-            edges = [one.view.pixels(shadow_edge(one.camera, _EDGE_POINTS)) for one in moments]
+            edges = [moment.view.pixels(shadow_edge(moment.camera, _EDGE_POINTS)) for moment in moments]
             points = np.concatenate([edge + step for edge in edges for step in _BESIDE])
         x, y = (points + 0.5).T
         near = (x >= -1) & (y >= -1) & (x < self.view.width + 1) & (y < self.view.height + 1)
@@ -217,9 +221,9 @@ def slopes(
 def chart_cells(
     camera: Viewer, chart: Plane, close: float, hidden: Bool[Array, "h w"], cut: Cut, end: Spherical
 ) -> SkyCells:
-    """Cells of the map of a chart, none of which sees more of the sky than the cut allows, and their errors.
+    """Cells of the map of a chart, with their errors; none sees more of the sky than the cut allows.
 
-    The smallest cells are as good as they can be. Other parameters as for `sky_map`.
+    The smallest cells are accepted whatever their errors. Other parameters as for `sky_map`.
     """
     return _mapped(_SkyLattice(camera, chart, None, end, cut.root, 0), close, hidden, cut.wide).cells
 
@@ -234,22 +238,24 @@ def sky_map(
 ) -> SkyMap:
     """The map of a view, and of a pixel beyond each side of it.
 
-    close: how far, in pixels, patches may be off; hidden: pixels that are left out; exposure: during which the
-    camera moves, with this view in its middle; end: the sphere that is seen.
+    close: largest error of patches, pixels.
+    hidden: True for pixels that need no map.
+    exposure: the exposure if the camera moves, with this view in its middle.
+    end: the sphere with the sky.
     """
     return _mapped(_SkyLattice(camera, view, exposure, end, _root_size(view), _MARGIN), close, hidden)
 
 
 def _mapped(lattice: _SkyLattice, close: float, hidden: Bool[Array, "h w"], wide: float | None = None) -> SkyMap:
-    """The map of what a lattice covers; wide: of the sky that cells may see, in a chart; None in a picture."""
+    """The map on a lattice; wide: largest angle of the sky that cells of a chart see; None for a picture."""
     edge, visible = lattice.edge(), partial(_visible_squares, total=lattice.pixel_counts(hidden))
     trace, accept = partial(_on_cores, lattice.trace), partial(_accepted, lattice, edge, close, wide)
     division = Division(lattice.columns, trace, accept, select=visible)
     cells, level, split = division.divide(lattice.roots(), lattice.trace(np.zeros(0, int)))
-    left, parts = _left_over(lattice, edge, level, split)
+    uncovered, parts = _uncovered(lattice, edge, level, split)
     x, y = lattice.on_picture(cells.x, cells.y)
     beams = len(level.corners.key) * (1 if lattice.exposure is None else 3)
-    return SkyMap(cells._replace(x=x, y=y), left, parts, beams)
+    return SkyMap(cells._replace(x=x, y=y), uncovered, parts, beams)
 
 
 def _accepted(
@@ -260,7 +266,7 @@ def _accepted(
     reached = level.corners.escaped[level.number].all(axis=1)
     whole = reached & ~mixed
     if size > 1:
-        # The shadow edge may bulge into them.
+        # The shadow edge may bulge into neighbours of the cells that it crosses.
         whole &= ~level.beside(mixed)
     cells = _on_cores(partial(_cells, lattice, level, close), np.flatnonzero(whole))
     small = size == 1 and lattice.exposure is None
@@ -271,10 +277,10 @@ def _accepted(
     return SkyCells(*(part[good] for part in cells)), split
 
 
-def _left_over(
+def _uncovered(
     lattice: _SkyLattice, edge: tuple[Array, Array], level: Level[SkyCorners], split: Bool[Array, " n"]
 ) -> tuple[Int[Array, " m"], Int[Array, " m"]]:
-    """The pixels that are left over, and into how many parts each way they are to be divided."""
+    """The uncovered pixels, and their numbers of parts each way."""
     (x, y), view = lattice.on_picture(level.squares.x, level.squares.y), lattice.view
     split = split & (x >= 0) & (y >= 0) & (x < view.width) & (y < view.height)
     extent = np.sqrt((level.corners.slope[level.number[split]] ** 2).sum(axis=(2, 3))).max(axis=1)
@@ -290,7 +296,7 @@ def _root_size(view: Raster) -> int:
 
 
 def _on_cores(work: Callable[[Array], Rows], rows: Int[Array, " n"]) -> Rows:
-    """Results of work on rows, shared out among the cores: named tuples of arrays."""
+    """Results of work on rows, distributed over the cores: named tuples of arrays."""
     with ThreadPoolExecutor(cores()) as pool:
         return joined(list(pool.map(work, np.array_split(rows, cores()))))
 
@@ -306,7 +312,7 @@ def _visible_squares(squares: Squares, total: Int[Array, "h+1 w+1"]) -> Squares:
 
 
 def _contain(squares: Squares, edge: tuple[Array, Array]) -> Bool[Array, " n"]:
-    """True for cells that contain one of some pixels."""
+    """True for cells that contain any of some pixels."""
     x, y, size = squares
     columns, rows = (
         1 + max(cells.max(initial=0), held.max(initial=0)) // size for cells, held in ((x, edge[0]), (y, edge[1]))
@@ -323,7 +329,7 @@ def _mixed(level: Level[SkyCorners], edge: tuple[Array, Array]) -> Bool[Array, "
 
 
 def _cells(lattice: _SkyLattice, level: Level[SkyCorners], close: float, chosen: Int[Array, " m"]) -> SkyCells:
-    """The chosen cells, with their errors: NaN where not even the corners agree."""
+    """The chosen cells, with their errors; NaN for cells rejected before the check by rays."""
     (x, y, size), corners, number = level.squares, level.corners, level.number[chosen]
     tables = corners.place, corners.slope.reshape(-1, 6)
     data, curving, extent, scale, error, checked = kernel("cell").on_rays((size,), [number], tables=tables)

@@ -1,7 +1,7 @@
 """All images of stars on a picture: by its cells where these resolve the map, by charts of the sky elsewhere.
 
-A pixel next to the shadow edge sees all of the celestial sphere many times over, and one of a coarse picture much of
-it: there images are looked for in charts (sky_charts.py), and drawn in the pixels in which they lie.
+A pixel next to the shadow edge sees the whole celestial sphere many times over, and a pixel of a coarse picture much of
+it: images there are searched for in charts (sky_charts.py), and drawn in the pixels in which they lie.
 """
 
 from collections.abc import Callable
@@ -124,7 +124,7 @@ class StarSearch:
         exposure: Exposure | None = None,
         end: Spherical = SKY,
     ) -> None:
-        """fraction: visible part of each pixel; exposure: while the camera moves, if it does; end: with the stars."""
+        """fraction: visible part of each pixel; exposure: given if the camera moves; end: sphere with the stars."""
         self._camera, self._view, self._exposure, self._end = camera, view, exposure, end
         own = resolved(cells, _RESOLVED) & _even(view, cells)
         cells = SkyCells(*(part[own] for part in cells))
@@ -135,7 +135,7 @@ class StarSearch:
     def images(self, lights: PointLights, moment: Float[Array, " stars"], pool: Executor) -> PictureImages:
         """Images on the picture, and next to it, of each star at a moment of the exposure, from -1/2 to 1/2.
 
-        All that have not faded away (unresolved_stars.py).
+        Images that have faded away (unresolved_stars.py) are left out.
         """
         own = self._placed(self._own.images(lights, moment, pool))
         if not self._uncovered.any():
@@ -153,7 +153,7 @@ class StarSearch:
         return own
 
     def _placed(self, cell_images: Imaged) -> PictureImages:
-        """Images in cells: those beyond a side of the picture that lie in it, too, belong there."""
+        """Images in cells; those beyond a side of a closed picture move to their place in it."""
         sky, _ = self._view.directions(*cell_images.place.T)
         magnification = self._view.pixel_sizes(*cell_images.place.T) / cell_images.area
         images = PictureImages(*cell_images[:-1], sky, magnification)
@@ -165,7 +165,7 @@ class StarSearch:
         return images.part(~beyond).merged_with(images.part(beyond), _SAME * self._view.pixel_angle)
 
     def _charts_for(self, limit: float) -> "list[_SearchedChart]":
-        """The charts, without what no images are searched for in: those that fade last do so at a limit."""
+        """The charts of the parts of the sky in which images are searched; limit: that of the stars that fade last."""
         if limit not in self._charts:
             edge = EdgeChart(self._camera, _STRIP, _OF_STRIP * self._view.pixel_angle)
             cap = CapChart(self._camera, edge)
@@ -185,14 +185,14 @@ class StarSearch:
         nearest = NEAREST * min(self._view.pixel_angle / plane.pixel, 1.0)
         cells = chart_cells(self._camera, plane, _CLOSE, ~pixels, Cut(ROOT, _WIDE), self._end)
         if plane is not edge:
-            # Next to the edge cells of the cap would cover the sky many times over.
-            apart = _before(plane, edge, cells)
-            cells = SkyCells(*(part[apart] for part in cells))
+            # Next to the edge, cells of the cap would cover the sky many times over.
+            outside = _outside_border(plane, edge, cells)
+            cells = SkyCells(*(part[outside] for part in cells))
         least = _least_seen(self._camera, self._view, plane, cells)
         return _SearchedChart(plane, edge, self._end, CellSearch(cells, nearest, _OVER), least, nearest, same)
 
     def _chart_pixels(self, chart: EdgeChart | CapChart, limit: float) -> Bool[Array, "h w"]:
-        """Pixels of a chart in which uncovered ones of the picture lie: by samples of both."""
+        """Pixels of a chart that contain uncovered pixels of the picture, from samples of both."""
         x, y = (np.arange(_SAMPLE / 2 - 0.5, side, _SAMPLE) for side in (chart.width, chart.height))
         x, y = (part.ravel() for part in np.meshgrid(x, y))
         near = self._is_uncovered(self._view.pixels(chart.directions(x, y)[0]))
@@ -202,7 +202,7 @@ class StarSearch:
         blocks = np.zeros((chart.height // _BLOCK, chart.width // _BLOCK), bool)
         inside = (block >= 0).all(axis=1) & (block[:, 0] < blocks.shape[1]) & (block[:, 1] < blocks.shape[0])
         blocks[block[inside, 1], block[inside, 0]] = True
-        # A chart round the hole goes on across its side.
+        # A chart round the hole is periodic across its sides.
         blocks = _grown(np.pad(blocks, 1, mode="wrap"), 1, 1)[1:-1, 1:-1]
         if isinstance(chart, EdgeChart):
             row, column = np.nonzero(blocks)
@@ -220,7 +220,7 @@ class StarSearch:
         return x, y
 
     def _is_uncovered(self, place: Float[Array, "n 2"]) -> Bool[Array, " n"]:
-        """True for places (n, 2) of the picture in pixels that no cell covers, or so close to one as errors."""
+        """True for places (n, 2) of the picture in pixels that no cell covers, or within a margin of such pixels."""
         height, width = self._uncovered.shape
         mask = np.zeros(len(place), bool)
         for step in _BESIDE * np.array([[0, 0], [-1, -1], [-1, 1], [1, -1], [1, 1]]):
@@ -230,7 +230,7 @@ class StarSearch:
         return mask
 
     def _moving(self, images: PictureImages, moment: Float[Array, " stars"]) -> PictureImages:
-        """Move images to moments of their own; none moves farther than the chart resolves."""
+        """Images moved to moments of their own, no farther than the chart resolves."""
         assert self._exposure is not None
         x, y = images.place.T
         moments = self._exposure.first, self._exposure.last
@@ -245,9 +245,15 @@ class StarSearch:
 
 
 class _SearchedChart(NamedTuple):
-    """A chart, and that of the shadow edge; the search in its cells, and the least solid angle that pixels see there.
+    """A chart in which images are searched.
 
-    same: angle within which images are the same.
+    plane: the chart.
+    edge: the chart of the shadow edge.
+    end: the sphere with the stars.
+    search: search in the cells of the chart.
+    least: (n,) smallest solid angles that pixels of the picture see in the cells.
+    nearest: distance from a critical curve at which the brightness is cut, pixels of the chart.
+    same: angle below which images are one, radians.
     """
 
     plane: EdgeChart | CapChart
@@ -259,7 +265,7 @@ class _SearchedChart(NamedTuple):
     same: float
 
     def _refined(self, camera: Viewer, points: Imaged, lights: PointLights) -> Imaged:
-        """Images at places of the map itself, which the chart knows about: where there is one of the same parity."""
+        """Images refined by beams; images without a refined place of the same parity stay."""
         place, target, length = points.place.copy(), lights.direction[points.star], np.full(len(points.star), np.inf)
         for _ in range(_REFINEMENTS):
             left = np.flatnonzero(length > _MOVED_LAST)
@@ -298,14 +304,14 @@ class _SearchedChart(NamedTuple):
         magnification = view.solid_angle(chart_steps) * view.lengths(sky) ** 2 / points.area
         moving = _converted(chart_steps, points.steps, view.directions(*place.T)[1])
         area = view.pixel_sizes(*place.T) / magnification
-        # Pixels are so large before what a chart sees that neither curving nor rate would hold over one.
+        # A pixel sees too much of the chart for second derivatives and rates to be meaningful.
         unknown = np.zeros_like(points.curving), np.zeros_like(points.rate)
         images = PictureImages(place, points.star, area, moving, *unknown, sky, magnification)
         return images if self.plane is self.edge else images.part(self.edge.places(sky)[:, 1] < _ROWS)
 
 
-def _before(cap: EdgeChart | CapChart, edge: EdgeChart, cells: SkyCells) -> Bool[Array, " n"]:
-    """True for cells (n,) of the cap that reach over the border to the other chart from without."""
+def _outside_border(cap: EdgeChart | CapChart, edge: EdgeChart, cells: SkyCells) -> Bool[Array, " n"]:
+    """True for cells (n,) of the cap that reach beyond the border to the edge chart."""
     corners = [(cells.x + i * cells.size - 0.5, cells.y + j * cells.size - 0.5) for i, j in CORNERS]
     rows = [edge.places(cap.directions(*corner)[0])[:, 1] for corner in corners]
     return np.asarray(np.min(rows, axis=0) < _ROWS)
@@ -316,16 +322,18 @@ def _normals(steps: Float[Array, "m 2 3"]) -> Float[Array, "m 3"]:
 
 
 def _least_seen(camera: Viewer, view: Raster, plane: EdgeChart | CapChart, cells: SkyCells) -> Float[Array, " n"]:
-    """The least solid angle (n,) that pixels of a picture see at corners of cells of a chart."""
+    """The smallest solid angle (n,) that pixels of a picture see at the corners of cells of a chart."""
     found = []
     for corner, (i, j) in enumerate(CORNERS):
         sky, chart_steps = plane.directions(cells.x + i * cells.size - 0.5, cells.y + j * cells.size - 0.5)
         columns = cells.data[:, [4 + corner, 8 + corner]] / cells.size[:, None, None]
-        # Where the picture's projection has no place, anything may be seen.
+        # Outside the projection of the picture the limit is 0.
         seen, place = np.zeros(len(sky)), view.pixels(sky)
-        there = np.flatnonzero(np.isfinite(place).all(axis=1))
-        steps = _converted(chart_steps[there], columns[there], view.directions(*place[there].T)[1])
-        seen[there] = pixel_solid_angles(camera, view.pixel_angle).values(longest(steps[:, 0], steps[:, 1]), sky[there])
+        projected = np.flatnonzero(np.isfinite(place).all(axis=1))
+        steps = _converted(chart_steps[projected], columns[projected], view.directions(*place[projected].T)[1])
+        seen[projected] = pixel_solid_angles(camera, view.pixel_angle).values(
+            longest(steps[:, 0], steps[:, 1]), sky[projected]
+        )
         found.append(seen)
     return np.nan_to_num(np.min(found, axis=0), nan=0.0)
 
@@ -338,14 +346,14 @@ def _converted(
 
 
 def _wrapped(images: Imaged, width: int) -> Imaged:
-    """Images on a chart that closes on itself: those at either side at the same places."""
+    """Images on a periodic chart, with places at both sides made equal."""
     x = (images.place[:, 0] + 0.5) % width
     x = np.where(x > width - 0.5, x - width, x) - 0.5
     return images._replace(place=np.stack([x, images.place[:, 1]], axis=-1))
 
 
 def _even(view: Raster, cells: SkyCells) -> Bool[Array, " n"]:
-    """True for cells (n,) whose corners have pixels of about one size."""
+    """True for cells (n,) whose corners have pixels of similar size."""
     if view.even:
         return np.ones(len(cells.x), bool)
     sizes = [view.pixel_sizes(cells.x + i * cells.size - 0.5, cells.y + j * cells.size - 0.5) for i, j in CORNERS]
@@ -353,7 +361,7 @@ def _even(view: Raster, cells: SkyCells) -> Bool[Array, " n"]:
 
 
 def _grown(mask: Bool[Array, "h w"], before: int, after: int) -> Bool[Array, "h w"]:
-    """True for pixels at which one is True, and so many before and after such, along both axes."""
+    """The mask extended along both axes by `before` pixels toward 0 and `after` pixels away from it."""
     for _ in range(2):
         wide, rows = np.pad(mask, ((after, before), (0, 0))), len(mask)
         mask = np.logical_or.reduce([wide[k : k + rows] for k in range(before + after + 1)]).T
@@ -361,7 +369,7 @@ def _grown(mask: Bool[Array, "h w"], before: int, after: int) -> Bool[Array, "h 
 
 
 def _uncovered(camera: Viewer, view: Raster, cells: SkyCells, fraction: Picture) -> Bool[Array, "h+2 w+2"]:
-    """Pixels, and those beside the picture, that cells do not cover and that may see the sky."""
+    """True for pixels, with a margin of one, that no cell covers and that may see the sky."""
     near = _grown(np.pad(fraction > 0, 1, mode="edge"), 1, 1)
     edge = np.round(view.pixels(shadow_edge(camera, _EDGE_POINTS)) + 1)
     edge = edge[np.isfinite(edge).all(axis=1)].astype(int)

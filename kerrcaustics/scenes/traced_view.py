@@ -35,7 +35,7 @@ Array = np.ndarray
 
 
 class DiskMap(NamedTuple):
-    """Properties of a disk that its map depends on.
+    """Properties of a disk on which its map depends.
 
     inner, outer: radii of its rims, M.
     opaque: True if nothing is seen behind it.
@@ -64,7 +64,7 @@ class TracedView(Shown):
     error: float = quantity("", "1", ERROR)
     seconds: float = quantity("", "s", "time it took")
     crossings: tuple[int, ...] = quantity("crossing", "1", CROSSINGS)
-    # Plain tuples, as files hold no named ones: the properties below have the records.
+    # Files hold plain tuples alone; the properties below return records.
     _disk: tuple[Any, ...] | None = quantity("", "", "the fields of `disk_map`")
     _cells: list[tuple[Array, ...]] = quantity("", "", "the fields of `disk_cells`")
     _sky_cells: tuple[Array, ...] = quantity("", "", "the fields of `sky_cells`")
@@ -139,7 +139,7 @@ class TracedView(Shown):
 
     @property
     def disk_map(self) -> DiskMap | None:
-        """Properties of the disk that the map depends on; None without a disk."""
+        """Properties of the disk on which the map depends; None without a disk."""
         return None if self._disk is None else DiskMap(*self._disk)
 
     @property

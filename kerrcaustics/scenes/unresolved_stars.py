@@ -1,6 +1,6 @@
-"""Stars where a pixel sees many of them: their mean light about the part of the sky that it sees, in place of images.
+"""Stars in pixels that see many of them: their mean light over the footprint in place of images.
 
-Brighter stars are fewer, and stay apart longer: stars are divided into layers by their brightness.
+Brighter stars are fewer, and are resolved in larger footprints: stars are divided into layers by their brightness.
 """
 
 import math
@@ -55,7 +55,7 @@ _NEAR = 0.25
 
 
 def limits(flux: Float[Array, "stars 3"]) -> Float[Array, " stars"]:
-    """Solid angles (n,) that a pixel sees where images of stars begin to fade."""
+    """Solid angles (n,) of a pixel at which images of stars begin to fade."""
     rank = np.empty(len(flux))
     rank[np.argsort(-flux.sum(axis=1), kind="stable")] = np.arange(1, len(flux) + 1)
     last = max(round(math.log(max(len(flux) / _BRIGHTEST, 1)) / math.log(_TIMES)), 0)
@@ -67,8 +67,8 @@ def limits(flux: Float[Array, "stars 3"]) -> Float[Array, " stars"]:
 class PixelSolidAngles:
     """Solid angles of the celestial sphere that pixels of a picture see.
 
-    Footprints of pixels beside the shadow edge are long and thin. Critical curves, on which they have no width at all,
-    lie close together there: their width counts as its mean about the place, by the angle round the shadow.
+    Footprints of pixels beside the shadow edge are long and thin. Their width vanishes on critical curves, which lie
+    close together there, so it is replaced by its mean at the same angle round the shadow.
     """
 
     def __init__(self, camera: Viewer, pixel: float) -> None:
@@ -95,33 +95,33 @@ class PixelSolidAngles:
         return np.asarray(major * np.minimum(major, width))
 
     def nearest(self, angle: Float[Array, " n"], limit: float) -> Float[Array, " n"]:
-        """Distances (n,) from the shadow edge, at least half of those within which images have faded away.
+        """Distances (n,) from the shadow edge that lie safely within the zone in which images have faded away.
 
-        angle (n,): round the shadow. Footprints are as long as the inverse of the distance.
+        angle: (n,) angles round the shadow, radians. The length of footprints is inverse to the distance.
         """
         width, turn, scale = (
             np.interp(angle, self._angle, part, period=2 * math.pi) for part in (self._width, self._turn, self._scale)
         )
         last = last_seen(limit)
-        # Pixels see the product of length and width, or the square of the length where that is less.
+        # A pixel sees the product of length and width, or the square of the length if less.
         return np.asarray(np.minimum(_SAFE * turn * np.minimum(width / last, 1 / math.sqrt(last)), _NEAR * scale))
 
 
 @lru_cache(maxsize=8)
 def pixel_solid_angles(camera: Viewer, pixel: float) -> PixelSolidAngles:
-    """The same, kept for the next call."""
+    """The solid angles of a camera, cached."""
     return PixelSolidAngles(camera, pixel)
 
 
 def faded_fraction(seen: Float[Array, "*batch"], limit: Float[Array, "*batch"] | float) -> Float[Array, "*batch"]:
-    """The part (...,) of the light of stars that is not in their images where a pixel sees a solid angle (...,)."""
+    """The part (...,) of the light of stars that their images lack if a pixel sees a solid angle (...,)."""
     with np.errstate(divide="ignore"):
         part = np.clip(np.log(seen / limit) / math.log(_FADING), 0, 1)
     return np.asarray(part * part * (3 - 2 * part))
 
 
 def last_seen(limit: float) -> float:
-    """The solid angle that a pixel sees where images have faded away."""
+    """The solid angle of a pixel at which images have faded away."""
     return limit * _FADING
 
 
@@ -142,8 +142,8 @@ class StarLayer(NamedTuple):
         cls, direction: Float[Array, "n 3"], flux: Float[Array, "n 3"], temperature: Float[Array, " n"], limit: float
     ) -> "StarLayer":
         """The layer of some stars."""
-        wanted = math.log2(math.pi / (_FINER * math.sqrt(limit)))
-        rows = int(np.clip(2 ** math.ceil(wanted), _FEWEST_ROWS, _MOST_ROWS))
+        doublings = math.ceil(math.log2(math.pi / (_FINER * math.sqrt(limit))))
+        rows = int(np.clip(2**doublings, _FEWEST_ROWS, _MOST_ROWS))
         row = np.minimum((polar_angle(direction) * (rows / math.pi)).astype(int), rows - 1)
         turn = np.arctan2(direction[:, 1], direction[:, 0]) / (2 * math.pi)
         column = np.minimum(((turn - np.floor(turn)) * (2 * rows)).astype(int), 2 * rows - 1)

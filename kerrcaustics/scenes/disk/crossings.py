@@ -65,7 +65,7 @@ class Fineness(NamedTuple):
     faintest: float
 
 
-# The faintest part of a pixel is one that a screen cannot show.
+# The faintest part of a pixel is below the resolution of a screen.
 FINE, DRAFT = Fineness(1, 0.0015, 0.02, 1 / 340), Fineness(8, 0.02, 0.04, 1 / 30)
 
 
@@ -137,7 +137,7 @@ class Lattice(NamedTuple):
 
     @classmethod
     def at_moment(cls, camera: Viewer, view: Raster, timed: bool, number: int, moments: int) -> "Lattice":
-        """The lattice of one of so many moments, each with rays of its own."""
+        """The lattice of one of several moments, each with rays of its own."""
         least = 2 ** min(int(math.log2(moments) / 2), _MOST_HALVINGS)
         return cls(camera, view, timed, least, number * _GOLDEN % 1.0)
 
@@ -167,13 +167,13 @@ class Lattice(NamedTuple):
         beams = beams_of_directions(self.camera, sky, "auto", _TOLERANCE, end=end, time=self.timed, **without)
         radius, per_pixel = beams.radius, pixel_matrix(beams, sky, steps)
         slope = np.stack([-per_pixel[:, 0] / radius[:, None] ** 2, per_pixel[:, 1] / radius[:, None]], axis=1)
-        there = np.isfinite(slope.sum(axis=(1, 2)))
-        side = np.where(there, 0, np.where(beams.status == Status.CAPTURED, -1, 1)).astype(np.int8)
+        crosses = np.isfinite(slope.sum(axis=(1, 2)))
+        side = np.where(crosses, 0, np.where(beams.status == Status.CAPTURED, -1, 1)).astype(np.int8)
         place = np.stack([1 / radius, beams.azimuth], axis=-1)
         return Corners(key, place, slope, self._extra(sky, beams), side, beams.outward)
 
     def rays(self, x: Array, y: Array, crossing: int) -> tuple[Float[Array, "n 2"], Float[Array, "n 5"]]:
-        """1 / r and phi (n, 2), and the extra values (n, 5), of rays at places on the lattice; NaN for none."""
+        """1 / r and phi (n, 2), and the extra values (n, 5), of rays on the lattice; NaN without a crossing."""
         sky, _ = self._directions(x, y)
         end = EquatorialPlane(crossing)
         rays = rays_of_directions(self.camera, sky, "auto", _TOLERANCE, end=end, time=self.timed)
@@ -203,9 +203,9 @@ class DiskCrossings(NamedTuple):
 
 
 def crossings(lattice: Lattice, inner: float, outer: float, opaque: bool) -> DiskCrossings:
-    """The crossings between two radii, nearest first, until none can follow.
+    """The crossings between two radii, nearest first, up to the last one that can contribute.
 
-    opaque: nothing is seen behind what lies between the radii.
+    opaque: True if the plane between the radii hides everything behind it.
     """
     x, y, size = lattice.roots()
     rims = 1 / outer, 1 / inner
@@ -213,10 +213,10 @@ def crossings(lattice: Lattice, inner: float, outer: float, opaque: bool) -> Dis
     for crossing in range(1, MOST_CROSSINGS + 1):
         if not len(x):
             break
-        # The first image that is not smooth is partly so in the finest cells; those after it are thinner, and nowhere.
+        # The first image that is not smooth is partly smooth in the finest cells; later ones are thinner, and nowhere.
         thin = bool(layers) and bool((layers[-1].cover < 1).any())
-        here = lattice if thin else lattice._replace(least=lattice.fineness.least)
-        cells, corners, traced = _crossing(here, crossing, Squares(x, y, size), rims, before)
+        finer = lattice if thin else lattice._replace(least=lattice.fineness.least)
+        cells, corners, traced = _crossing(finer, crossing, Squares(x, y, size), rims, before)
         beams.append(traced)
         if crossing > 1 and not len(cells.x):
             break
@@ -253,7 +253,7 @@ def _accepted(
     good = whole & ~empty & _smooth(data, low, high, pixels, rims, lattice.fineness.of_pixel)
     split = ~empty & ~good
     if level.squares.size >= FINEST:
-        # A thin image may bulge over the edge of a cell whose corners it leaves out.
+        # A thin image may bulge into a cell without reaching its corners.
         split |= ~whole & ~good & level.beside(split)
     return _cells(level, data, low, high, good), split
 
@@ -264,21 +264,21 @@ _NONE = Corners(
 
 
 def _corners(lattice: Lattice, crossing: int, before: Corners, key: Int[Array, " n"]) -> Corners:
-    """Corners at some keys: rays that did not cross before do not cross now, and others are traced."""
+    """Corners at some keys: rays without the last crossing have no further one, the others are traced."""
     lost = _lost(before, key)
     new = key[~find(lost.key, key)[1]]
     return merged(lost, lattice.trace(new, crossing)) if len(new) else lost
 
 
 def _lost(before: Corners, key: Int[Array, " n"]) -> Corners:
-    """Crossings at some keys whose rays did not cross before."""
-    number, there = find(before.key, key)
-    number = number[there]
+    """Corners at some keys whose rays have no crossing any more."""
+    number, is_known = find(before.key, key)
+    number = number[is_known]
     return Corners(*(part[number[before.side[number] != 0]] for part in before))
 
 
 def _range(corners: Corners, number: Array, pixels: float) -> tuple[Float[Array, "cells 2"], Float[Array, "cells 2"]]:
-    """Limits of 1 / r and phi in cells, from those corners that cross: each speaks for its quarter."""
+    """Limits of 1 / r and phi in cells, from the corners that cross, each extrapolated over its quarter."""
     place = _aligned(corners.place[number])
     reach = np.abs(corners.slope[number]).sum(axis=-1) * (pixels / 2)
     crosses = (corners.side[number] == 0)[..., None]
@@ -288,7 +288,7 @@ def _range(corners: Corners, number: Array, pixels: float) -> tuple[Float[Array,
 
 
 def _aligned(place: Float[Array, "cells some 2"]) -> Float[Array, "cells some 2"]:
-    """Places whose azimuths within a cell are next to each other, modulo 2 pi."""
+    """Places with the azimuths of a cell shifted by multiples of 2 pi to lie close to each other."""
     place = place.copy()
     phi = place[..., 1]
     first = np.where(np.isnan(phi[:, :1]), np.nanmin(np.where(np.isnan(phi), np.inf, phi), axis=1)[:, None], phi[:, :1])
@@ -298,7 +298,7 @@ def _aligned(place: Float[Array, "cells some 2"]) -> Float[Array, "cells some 2"
 
 
 def _empty(side: Array, low: Array, high: Array, rims: tuple[float, float]) -> Bool[Array, " cells"]:
-    """True for cells that see nothing between the rims: all rays go beyond one of them."""
+    """True for cells that see nothing between the rims: all of their rays pass beyond the same rim."""
     farthest, nearest = rims
     beyond = (high < farthest) & (side >= 0).all(axis=1)
     within = (low > nearest) & (side <= 0).all(axis=1)
@@ -313,7 +313,7 @@ def _data(corners: Corners, number: Array, pixels: float) -> Float[Array, "cells
 def _smooth(
     data: Array, low: Array, high: Array, pixels: float, rims: tuple[float, float], of_pixel: float
 ) -> Bool[Array, " cells"]:
-    """True for patches that are as good as a picture needs."""
+    """True for patches whose errors are small enough for a picture."""
     per_pixel = np.hypot(data[:, 4:8], data[:, 8:]).max(axis=1) / pixels
     least = np.array([_OF_WIDTH * (rims[1] - rims[0]), _OF_AZIMUTH])
     close = doubt(data) <= np.maximum(of_pixel * per_pixel, least)
@@ -329,7 +329,7 @@ def _cells(level: Level[Corners], data: Array, low: Array, high: Array, good: Ar
 def _sampled(lattice: Lattice, crossing: int, x: Array, y: Array, rims: tuple[float, float]) -> tuple[DiskCells, int]:
     """Finest cells on which the map is not smooth, by a few rays each: the part that sees the disk, and a sample of it.
 
-    The ray of the sample changes from cell to cell, and so do the places of all rays, lest they fall into step with a
+    The places of the rays, and the ray of the sample, change from cell to cell, as a regular pattern would beat with a
     thin image.
     """
     size = lattice.least
@@ -344,7 +344,7 @@ def _sampled(lattice: Lattice, crossing: int, x: Array, y: Array, rims: tuple[fl
     on_disk = (place[..., 0] >= rims[0]) & (place[..., 0] <= rims[1])
     count = on_disk.sum(axis=1)
     which = np.flatnonzero(count)
-    # The rays that see the disk come first.
+    # Rays that see the disk are sorted first.
     chosen = (column + 3 * row)[which] % count[which]
     ray = np.argsort(~on_disk[which], axis=1, kind="stable")[np.arange(len(which)), chosen]
     sample = place[which, ray]
@@ -356,7 +356,7 @@ def _sampled(lattice: Lattice, crossing: int, x: Array, y: Array, rims: tuple[fl
 
 
 def covered(layers: tuple[DiskCells, ...], shape: tuple[int, int], inner: float, outer: float) -> Bool[Array, "h w"]:
-    """Pixels of a picture of some shape (h, w) that see nothing but the plane between two radii at one crossing."""
+    """True for pixels (h, w) that see nothing but the plane between two radii at one crossing."""
     mask = np.zeros(shape, bool)
     for cells in layers:
         full = (cells.low[:, 0] >= 1 / outer) & (cells.high[:, 0] <= 1 / inner) & (cells.size >= FINEST)
@@ -373,7 +373,7 @@ def _faint(layers: list[DiskCells], lattice: Lattice) -> bool:
 
 
 def _most(cells: DiskCells, lattice: Lattice) -> float:
-    """The largest part of a pixel that cells cover."""
+    """The largest part of any pixel that cells cover."""
     if not len(cells.x) or cells.size.max() >= FINEST:
         return 1.0
     pixel = cells.y // FINEST * lattice.columns + cells.x // FINEST
@@ -384,7 +384,7 @@ def _most(cells: DiskCells, lattice: Lattice) -> float:
 def _continuing(
     lattice: Lattice, corners: Corners, roots: Squares, rims: tuple[float, float], opaque: bool
 ) -> tuple[Int[Array, " roots"], Int[Array, " roots"]]:
-    """The largest cells in which rays may cross between the rims once more."""
+    """The largest cells in which rays may cross between the rims again."""
     x, y, size = roots
     u = corners.place[:, 0]
     continuing = (corners.side == 0) & ~((u < rims[0]) & corners.outward)

@@ -50,7 +50,7 @@ _COLUMNS = {"phase": 0.0, "inclination": 0.0, "node": 0.0, "temperature": 6504.0
 class OrbitingSpots:
     """Round spots, each on a circular orbit of its own, tilted by any angle: balls that glow and hide nothing.
 
-    They take the place of a `Volume` in `render` and `TracedView.show`, whose `time` and `delay` they heed.
+    They take the place of a `Volume` in `render` and `TracedView.show`, and depend on `time` and `delay`.
 
     Parameters
     ----------
@@ -79,8 +79,8 @@ class OrbitingSpots:
     Notes
     -----
     In its middle a spot is as bright as a black body, from all sides, and its light falls off as a Gaussian. A spot
-    smaller than a pixel is widened to it, to six times its size at most, and dimmed accordingly: where pixels are
-    coarser than that, as in the images next to the shadow edge, they show grains of light. Orbits may be unstable, as
+    smaller than a pixel is widened to it, to six times its size at most, and dimmed accordingly. Coarser
+    pixels, as in the images next to the shadow edge, show grains of light. Orbits may be unstable, as
     within the ISCO.
 
     Examples
@@ -125,12 +125,12 @@ class OrbitingSpots:
 
     @property
     def inner(self) -> float:
-        """The radius within which there is nothing."""
+        """Radius of the inner end of the matter."""
         return max(float(self.radius.min()) - self._reach, float(self.radius.min()) / 2)
 
     @property
     def outer(self) -> float:
-        """The radius beyond which there is nothing."""
+        """Radius of the outer end of the matter."""
         return float(self.radius.max()) + self._reach
 
     @property
@@ -138,7 +138,7 @@ class OrbitingSpots:
         return _DEVIATIONS * _WIDEST * self.size
 
     def check(self, spin: float) -> None:
-        """Raise ValueError where a hole has no such orbit."""
+        """Raise ValueError unless the hole has these orbits."""
         energy, *_ = spherical_constants(spin, self.radius, self.inclination)
         wrong = np.flatnonzero(~np.isfinite(energy) | (self.radius <= kerr.horizon(spin)))
         if len(wrong):
