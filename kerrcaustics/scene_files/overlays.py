@@ -108,12 +108,12 @@ def draw_lines(ax: Axes, overlays: OverlaysTable, rendering: Rendering) -> None:
             _write_name(ax, view, CurveName("shadow edge", edge, _EDGE_LINE["color"], 0.0, within=True), overlays)
     if overlays.critical_curves:
         curves = caustics(camera, overlays.critical_curves, end=rendering.sky_radius)
-        one: dict[str, Any] = {"color": overlays.curve_colour} if overlays.curve_colour else {}
-        show_critical_curves(ax, view, curves, on_black=True, linewidth=1.6, **one)
+        own_colour: dict[str, Any] = {"color": overlays.curve_colour} if overlays.curve_colour else {}
+        show_critical_curves(ax, view, curves, on_black=True, linewidth=1.6, **own_colour)
         for curve in (caustic for caustic in curves if _in_view(view, caustic.sky)):
             label = f"{style.order_name(curve.order)} critical curve"
-            line = {**style.order_line(curve.order, on_black=True), **one}
-            listed = "critical curves" if one else label
+            line = {**style.order_line(curve.order, on_black=True), **own_colour}
+            listed = "critical curves" if own_colour else label
             if listed not in {known.get_label() for known in lines}:
                 lines.append(Line2D([], [], linewidth=1.6, label=listed, **line))
             if overlays.labels == "beside":

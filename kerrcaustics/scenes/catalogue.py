@@ -21,8 +21,10 @@ from kerrcaustics.spacetime.sphere import from_angles
 Array = np.ndarray
 
 _FILE = Path(__file__).parent / "data" / "hipparcos.npz"
-# North galactic pole (right ascension, declination) and galactic longitude of the north celestial pole, degrees, J2000.
-_POLE, _NODE = (192.85948, 27.12825), 122.93192
+# Right ascension and declination of the north galactic pole, degrees, J2000.
+_POLE = (192.85948, 27.12825)
+# Galactic longitude of the north celestial pole, degrees, J2000.
+_NODE = 122.93192
 
 # Largest file of a catalogue, bytes.
 _LARGEST = 1_000_000_000

@@ -51,8 +51,8 @@ class CellSearch:
         least: (n,) smallest solid angles that pixels see in the cells; cells are left out where all images have faded.
         """
         stars = np.column_stack([lights.direction, moment])
-        found = pool.map(lambda near: self._images_in_parts(stars, *near), self._near_stars(lights, least))
-        cell, star, at, steps, positive = (np.concatenate(column) for column in zip(_NO_IMAGE, *found, strict=True))
+        columns = pool.map(lambda near: self._images_in_parts(stars, *near), self._near_stars(lights, least))
+        cell, star, at, steps, positive = (np.concatenate(column) for column in zip(_NO_IMAGE, *columns, strict=True))
         size = self.cells.size[cell, None]
         place = np.stack([self.cells.x[cell], self.cells.y[cell]], axis=-1) + at * size - 0.5
         kept = distinct(star, place, positive)
@@ -64,8 +64,8 @@ class CellSearch:
     ) -> Iterator[tuple[StarBins, Int[Array, " m"], Int[Array, " m"], Int[Array, " m"]]]:
         """Bins, and runs (m,) of stars in them that may lie in parts, some thousand stars at a time."""
         ends = [last_seen(limit) for limit, _ in lights.bins]
-        seen = np.zeros(len(self.cells.x)) if least is None else least
-        kind = np.searchsorted(ends, seen, side="right")[self._parts[:, 0].astype(int)]
+        angles = np.zeros(len(self.cells.x)) if least is None else least
+        kind = np.searchsorted(ends, angles, side="right")[self._parts[:, 0].astype(int)]
         for number, (_, bins) in enumerate(lights.bins):
             part = np.flatnonzero(kind == number)
             runs = bins.runs(self._parts[part, 3:6], self._parts[part, 6], part)
@@ -92,8 +92,8 @@ class CellSearch:
         part, star = part[near], star[near]
         tables = *self._maps, self._parts, stars
         is_found, at, steps, positive = kernel("star_image").on_rays([self._over], (part, star), tables=tables)
-        found = np.flatnonzero(is_found)
-        return self._parts[part[found], 0].astype(int), star[found], at[found], steps[found], positive[found]
+        hits = np.flatnonzero(is_found)
+        return self._parts[part[hits], 0].astype(int), star[hits], at[hits], steps[hits], positive[hits]
 
     def _imaged(
         self,

@@ -244,8 +244,8 @@ def _factor(before: Float[Array, "*_ 3"], after: Float[Array, "*batch 3"], beami
     if beaming:
         return factor
     bright = luminance(after)[..., None]
-    kept = factor * luminance(before)[..., None]
-    return np.divide(kept, bright, out=np.zeros_like(kept), where=bright > 0)
+    scaled = factor * luminance(before)[..., None]
+    return np.divide(scaled, bright, out=np.zeros_like(scaled), where=bright > 0)
 
 
 def shift_of(spectrum: ArrayLike | None) -> Shift:

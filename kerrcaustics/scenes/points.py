@@ -83,20 +83,20 @@ class PointLights:
     @cached_property
     def bins(self) -> list[tuple[float, StarBins]]:
         """For each limit at which images begin to fade, the bins of the stars that fade there or later."""
-        found = []
+        bins = []
         for limit in np.unique(self.limits).tolist():
             which = np.flatnonzero(self.limits >= limit)
-            found.append((limit, star_bins(self.direction[which], which)))
-        return found
+            bins.append((limit, star_bins(self.direction[which], which)))
+        return bins
 
     @cached_property
     def layers(self) -> list[StarLayer]:
         """The layers of stars, for their mean light where images have faded."""
-        found = []
+        layers = []
         for limit in np.unique(self.limits).tolist():
             which = self.limits == limit
-            found.append(StarLayer.from_stars(self.direction[which], self.flux[which], self.temperature[which], limit))
-        return found
+            layers.append(StarLayer.from_stars(self.direction[which], self.flux[which], self.temperature[which], limit))
+        return layers
 
     def some(self, which: Int[Array, " m"] | Bool[Array, " n"], turn: ArrayLike) -> "PointLights":
         """The chosen lights, turned about the spin axis by angles (m,) or by one angle; their limits are kept."""

@@ -21,9 +21,9 @@ def joined(parts: Sequence[Cells]) -> Cells:
 
 def merged(first: CornerSet, second: CornerSet) -> CornerSet:
     """Two sets of corners merged: named tuples of arrays, sorted by the first one, the key."""
-    both = joined([first, second])
-    order = np.argsort(both[0])
-    return type(first)(*(part[order] for part in both))
+    corners = joined([first, second])
+    order = np.argsort(corners[0])
+    return type(first)(*(part[order] for part in corners))
 
 
 def find(keys: Int[Array, " n"], key: Int[Array, "*shape"]) -> tuple[Int[Array, "*shape"], Bool[Array, "*shape"]]:
@@ -47,10 +47,10 @@ def fill(mask: Array, x: Int[Array, " n"], y: Int[Array, " n"], size: Int[Array,
     """Set the pixels of squares within a picture to values (n,), or to one value."""
     # Pixels outside are written to a margin.
     whole, values = np.pad(mask, 1), np.broadcast_to(value, x.shape)
-    for one in np.unique(size):
-        same = np.flatnonzero(size == one)
+    for side_length in np.unique(size):
+        same = np.flatnonzero(size == side_length)
         rows, columns = (
-            np.clip(place[same, None] + np.arange(one), -1, side) + 1
+            np.clip(place[same, None] + np.arange(side_length), -1, side) + 1
             for place, side in zip((y, x), mask.shape, strict=True)
         )
         whole[rows[:, :, None], columns[:, None, :]] = values[same, None, None]

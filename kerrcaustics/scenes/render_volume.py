@@ -109,9 +109,9 @@ def render_volume(
     check_picture(camera, view)
     check_sky(sky)
     flags(beaming=beaming, colour_shift=colour_shift)
-    way = _checked(camera, volume, beaming, colour_shift, step)
-    veil = veil_of(way, view)
-    error, shape = step_error(way, view, veil), (view.height, view.width)
+    marching = _checked(camera, volume, beaming, colour_shift, step)
+    veil = veil_of(marching, view)
+    error, shape = step_error(marching, view, veil), (view.height, view.width)
     light, transmission = (part.reshape(*shape, *part.shape[1:]) for part in veil.total())
     if sky is not None:
         behind = render(camera, view, sky, beaming=beaming, colour_shift=colour_shift)

@@ -99,8 +99,8 @@ def sky_light(
         for which, moments in _sweeps(cells, count == 1, turn):
             some = _split(covered_pixels(covering, which), _TOGETHER)
             for times in moments:
-                now = _MovedPatches.at_times(cells, patches, turn.spread, times)
-                list(pool.map(partial(lighting.add, light, covering, now), some))
+                moved = _MovedPatches.at_times(cells, patches, turn.spread, times)
+                list(pool.map(partial(lighting.add, light, covering, moved), some))
         moment, _, extent = (float(part) for part in turn.weight.parts_about(0.0, 1.0))
         part_light = partial(lighting.part_light, motion=(turn.spread * moment, turn.spread * extent))
         lights = [pool.map(part_light, _chunks(uncovered))]
@@ -214,14 +214,18 @@ class _Lighting(NamedTuple):
     shifts: Shifts
 
     def add(
-        self, light: Float[Array, "pixels 3"], covering: Int[Array, "h w"], now: _MovedPatches, pixel: Int[Array, " m"]
+        self,
+        light: Float[Array, "pixels 3"],
+        covering: Int[Array, "h w"],
+        moved: _MovedPatches,
+        pixel: Int[Array, " m"],
     ) -> None:
         """Add the light of pixels that cells cover to a picture, for a part of the exposure."""
         places = CellPlaces.pixel_parts(pixel, covering, 1)
-        footprint = self._footprint(now.patches, places)
+        footprint = self._footprint(moved.patches, places)
         stars = self._unresolved(places.x, places.y, footprint, 1.0)
-        received = light_of_sky(self.sky, now.swept(footprint, places), self.shifts) + stars
-        _add(light, pixel, now.times.share * received)
+        received = light_of_sky(self.sky, moved.swept(footprint, places), self.shifts) + stars
+        _add(light, pixel, moved.times.share * received)
 
     def divided(self, patches: Patches, covering: Int[Array, "h w"], pixel: Int[Array, " m"], count: int) -> Parts:
         """The count x count parts of pixels that cells cover."""
@@ -263,8 +267,8 @@ class _Lighting(NamedTuple):
         if len(some):
             sky = self.view.directions(x[some], y[some])[0]
             major = singular_values(footprint.matrix[some])[0] / side
-            seen = pixel_solid_angles(self.camera, self.view.pixel_angle).values(major, sky)
-            light[some] = self.points.mean_light(seen, footprint.part(some), *self.shifts)
+            solid_angles = pixel_solid_angles(self.camera, self.view.pixel_angle).values(major, sky)
+            light[some] = self.points.mean_light(solid_angles, footprint.part(some), *self.shifts)
         return light
 
 
@@ -348,8 +352,8 @@ class _StarDrawing(NamedTuple):
         middle, share = when
         if not len(images.star):
             return
-        kept = 1 - faded_fraction(images.solid_angles(self.camera, self.view), points.limits[images.star])
-        power = points.flux[images.star] * (share * kept * images.magnification)[:, None]
+        share_of_images = 1 - faded_fraction(images.solid_angles(self.camera, self.view), points.limits[images.star])
+        power = points.flux[images.star] * (share * share_of_images * images.magnification)[:, None]
         if any(self.shifts):
             cosine = points.direction[images.star, 2]
             ratio = frequency_ratios(self.camera, self.end, self.view.directions(*images.place.T)[0], cosine)

@@ -159,10 +159,10 @@ class _SkyLattice(NamedTuple):
             place, slope = _beams(self.camera, self.view, x, y, self.end)
             return SkyCorners(key, place, slope, np.zeros((len(key), 0, 3)))
         # In the frame in which the sky is at rest and the camera moves.
-        first, now, last = (_columns(moment, x, y, self.end) for moment in self.exposure.moments)
-        off = (first[:, :1] + last[:, :1]) / 2 - now[:, :1]
-        moved = np.concatenate([last - first, off], axis=1)
-        return SkyCorners(key, now[:, 0], np.swapaxes(now[:, 1:], 1, 2), moved)
+        first, middle, last = (_columns(moment, x, y, self.end) for moment in self.exposure.moments)
+        bent = (first[:, :1] + last[:, :1]) / 2 - middle[:, :1]
+        moved = np.concatenate([last - first, bent], axis=1)
+        return SkyCorners(key, middle[:, 0], np.swapaxes(middle[:, 1:], 1, 2), moved)
 
     def checks(self, squares: Squares, chosen: Array) -> Float[Array, "n checks 3"]:
         """n' of rays within cells, where their patches are checked."""

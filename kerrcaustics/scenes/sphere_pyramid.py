@@ -113,8 +113,8 @@ def _smoothed(light: Float32[Array, "n w channels"], first: int, rows: int) -> F
     # A Gaussian no wider than pixels rings beside bright pixels: the row is rescaled after negative values are cut.
     positive = np.maximum(smooth, 0)
     whole = positive.sum(axis=1, keepdims=True)
-    kept = light.sum(axis=1, keepdims=True, dtype=whole.dtype) / np.where(whole > 0, whole, 1)
-    return (positive * kept).astype(np.float32)
+    scale = light.sum(axis=1, keepdims=True, dtype=whole.dtype) / np.where(whole > 0, whole, 1)
+    return (positive * scale).astype(np.float32)
 
 
 def _pad(level: Level) -> None:

@@ -49,16 +49,16 @@ class StarBins(NamedTuple):
         half = np.where((angle < polar) & (angle < math.pi - polar), half, 0.5)
         top, bottom = np.maximum(polar - angle, 0), np.minimum(polar + angle, math.pi)
         upper, lower = _rows(np.cos(top), rows), _rows(np.cos(bottom), rows)
-        left = (_turns(centre) - half) % 1.0
-        start = np.minimum((left * columns).astype(int), columns - 1)
+        west = (_turns(centre) - half) % 1.0
+        start = np.minimum((west * columns).astype(int), columns - 1)
         # A whole circle ends at the bin before the first.
-        end = np.minimum(((left + 2 * half) * columns).astype(int), start + columns - (half == 0.5)) + 1
-        each, number = item_numbers(lower - upper + 1)
-        row = upper[each] + number
-        first = self.first[row, start[each]]
-        count = self.first[row, end[each]] - first
+        end = np.minimum(((west + 2 * half) * columns).astype(int), start + columns - (half == 0.5)) + 1
+        owner, number = item_numbers(lower - upper + 1)
+        row = upper[owner] + number
+        first = self.first[row, start[owner]]
+        count = self.first[row, end[owner]] - first
         some = np.flatnonzero(count)
-        return Runs(disc[each[some]], first[some], count[some])
+        return Runs(disc[owner[some]], first[some], count[some])
 
 
 def star_bins(direction: Float[Array, "n 3"], star: Int[Array, " n"]) -> StarBins:
@@ -74,8 +74,8 @@ def star_bins(direction: Float[Array, "n 3"], star: Int[Array, " n"]) -> StarBin
 
 def item_numbers(count: Int[Array, " n"]) -> tuple[Int[Array, " m"], Int[Array, " m"]]:
     """For counts (n,) of items of n owners: the owner (m,) of each item, and its number (m,) among the owner's."""
-    each = np.repeat(np.arange(len(count)), count)
-    return each, np.arange(len(each)) - np.repeat(np.cumsum(count) - count, count)
+    owner = np.repeat(np.arange(len(count)), count)
+    return owner, np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
 
 
 def _rows(z: Float[Array, " m"], rows: int) -> Int[Array, " m"]:

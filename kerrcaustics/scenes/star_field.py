@@ -21,7 +21,10 @@ from kerrcaustics.spacetime.sphere import from_angles
 
 Array = np.ndarray
 
-_BAND_ROWS, _BAND_ASPECT = 512, 4.0
+# Number of rows of the picture of the galactic band.
+_BAND_ROWS = 512
+# Ratio of the axes above which footprints of the band are widened: it has little detail.
+_BAND_ASPECT = 4.0
 BAND = 0.15
 """Default brightness of the galactic band."""
 NEBULAE = 100.0

@@ -234,7 +234,7 @@ class StarSearch:
         assert self._exposure is not None
         x, y = images.place.T
         moments = self._exposure.first, self._exposure.last
-        first, last = (ray_directions(one, x, y, self._end) for one in moments)
+        first, last = (ray_directions(end, x, y, self._end) for end in moments)
         rate = np.zeros_like(images.rate)
         rate[:, 0] = np.nan_to_num(last - first)
         trace = displacements(images, -rate[:, 0])
@@ -268,11 +268,11 @@ class _SearchedChart(NamedTuple):
         """Images refined by beams; images without a refined place of the same parity stay."""
         place, target, length = points.place.copy(), lights.direction[points.star], np.full(len(points.star), np.inf)
         for _ in range(_REFINEMENTS):
-            left = np.flatnonzero(length > _MOVED_LAST)
-            value, columns = self._beams(camera, place[left])
-            move = steps_to(columns, target[left] - value)
-            length[left] = np.sqrt((move**2).sum(axis=1))
-            place[left] += move * np.minimum(1, _LONGEST_MOVE / np.maximum(length[left], 1e-300))[:, None]
+            unsolved = np.flatnonzero(length > _MOVED_LAST)
+            value, columns = self._beams(camera, place[unsolved])
+            move = steps_to(columns, target[unsolved] - value)
+            length[unsolved] = np.sqrt((move**2).sum(axis=1))
+            place[unsolved] += move * np.minimum(1, _LONGEST_MOVE / np.maximum(length[unsolved], 1e-300))[:, None]
         columns = self._beams(camera, place)[1]
         same = (np.vecdot(_normals(columns), target) > 0) == points.positive
         better = same & (length < _MOVED_LAST) & (np.abs(place - points.place).max(axis=1) < _LONGEST_MOVE)
@@ -290,9 +290,9 @@ class _SearchedChart(NamedTuple):
     def images(
         self, camera: Viewer, lights: PointLights, view: Raster, accepts: Callable[[Array], Array], pool: Executor
     ) -> PictureImages:
-        """Images as a picture shows them, at places that are accepted."""
-        found = self.search.images(lights, np.zeros(len(lights.direction)), pool, self.least)
-        points = self._refined(camera, found, lights)
+        """Images on a picture, at accepted places."""
+        points = self.search.images(lights, np.zeros(len(lights.direction)), pool, self.least)
+        points = self._refined(camera, points, lights)
         if self.plane is self.edge:
             points = _wrapped(points, self.plane.width)
         points = points.part(distinct(points.star, points.place, points.positive))
@@ -323,19 +323,19 @@ def _normals(steps: Float[Array, "m 2 3"]) -> Float[Array, "m 3"]:
 
 def _least_seen(camera: Viewer, view: Raster, plane: EdgeChart | CapChart, cells: SkyCells) -> Float[Array, " n"]:
     """The smallest solid angle (n,) that pixels of a picture see at the corners of cells of a chart."""
-    found = []
+    corner_angles = []
     for corner, (i, j) in enumerate(CORNERS):
         sky, chart_steps = plane.directions(cells.x + i * cells.size - 0.5, cells.y + j * cells.size - 0.5)
         columns = cells.data[:, [4 + corner, 8 + corner]] / cells.size[:, None, None]
         # Outside the projection of the picture the limit is 0.
-        seen, place = np.zeros(len(sky)), view.pixels(sky)
+        solid_angles, place = np.zeros(len(sky)), view.pixels(sky)
         projected = np.flatnonzero(np.isfinite(place).all(axis=1))
         steps = _converted(chart_steps[projected], columns[projected], view.directions(*place[projected].T)[1])
-        seen[projected] = pixel_solid_angles(camera, view.pixel_angle).values(
+        solid_angles[projected] = pixel_solid_angles(camera, view.pixel_angle).values(
             longest(steps[:, 0], steps[:, 1]), sky[projected]
         )
-        found.append(seen)
-    return np.nan_to_num(np.min(found, axis=0), nan=0.0)
+        corner_angles.append(solid_angles)
+    return np.nan_to_num(np.min(corner_angles, axis=0), nan=0.0)
 
 
 def _converted(

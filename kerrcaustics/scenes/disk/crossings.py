@@ -65,8 +65,9 @@ class Fineness(NamedTuple):
     faintest: float
 
 
-# The faintest part of a pixel is below the resolution of a screen.
-FINE, DRAFT = Fineness(1, 0.0015, 0.02, 1 / 340), Fineness(8, 0.02, 0.04, 1 / 30)
+# The faintest part of a pixel is less than a screen resolves.
+FINE = Fineness(least=1, of_pixel=0.0015, widest=0.02, faintest=1 / 340)
+DRAFT = Fineness(least=8, of_pixel=0.02, widest=0.04, faintest=1 / 30)
 
 
 class Corners(NamedTuple):
@@ -391,6 +392,6 @@ def _continuing(
     if opaque:
         continuing &= ~((u >= rims[0]) & (u <= rims[1]))
     row, column = np.divmod(corners.key[continuing], lattice.columns)
-    keys = [lattice.key((column - left) // size * size, (row - up) // size * size) for left in (0, 1) for up in (0, 1)]
+    keys = [lattice.key((column - i) // size * size, (row - j) // size * size) for i in (0, 1) for j in (0, 1)]
     chosen = np.isin(lattice.key(x, y), np.concatenate(keys))
     return x[chosen], y[chosen]

@@ -239,8 +239,8 @@ def _chunk_light(
         transmission[parts_seen.target] *= passing
     last = _add_volume(veil, len(layers), parts, pixels, light, transmission)
     transmission = transmission if last is None else transmission * last
-    each = np.full((1, parts), 1 / parts)
-    return (each @ light.reshape(len(pixels), -1, 3))[:, 0], transmission.reshape(len(pixels), -1) @ each[0]
+    mean = np.full((1, parts), 1 / parts)
+    return (mean @ light.reshape(len(pixels), -1, 3))[:, 0], transmission.reshape(len(pixels), -1) @ mean[0]
 
 
 def _add_volume(
@@ -266,8 +266,8 @@ def _visible_parts(
     numbers = disk.inner, disk.outer, *_matter(disk.motion, looks.spin), looks.time, looks.delay, circles, *grid[:2]
     columns = grid.pixels[row] * grid.divisions**2 + part, cell
     parts_seen = _VisibleParts(target, *kernel("disk_sample").on_rays(numbers, columns, tables=[layer.table]))
-    seen = parts_seen.cover > 0
-    return parts_seen if seen.all() else _VisibleParts(*(values[seen] for values in parts_seen))
+    is_covered = parts_seen.cover > 0
+    return parts_seen if is_covered.all() else _VisibleParts(*(values[is_covered] for values in parts_seen))
 
 
 @lru_cache(maxsize=16)
@@ -283,7 +283,7 @@ def _visible(layer: _Layer, grid: _DividedPixels) -> tuple[Int[Array, " m"], Int
     count, pixels = grid.divisions, grid.pixels
     number = layer.large[pixels]
     rows = np.flatnonzero(number >= 0)
-    found = [(np.add.outer(rows * count**2, np.arange(count**2)).ravel(), np.repeat(number[rows], count**2))]
+    pairs = [(np.add.outer(rows * count**2, np.arange(count**2)).ravel(), np.repeat(number[rows], count**2))]
     first, last = np.searchsorted(layer.pixel, [pixels[0], pixels[-1] + 1])
     row = np.searchsorted(pixels, layer.pixel[first:last])
     is_given = pixels[row] == layer.pixel[first:last]
@@ -294,9 +294,9 @@ def _visible(layer: _Layer, grid: _DividedPixels) -> tuple[Int[Array, " m"], Int
         right, down = layer.corner[:, cell[which]] * count // FINEST
         start = row[which] * count**2 + down * count + right
         target = start[:, None] + np.add.outer(within * count, within).ravel()
-        found.append((target.ravel(), np.repeat(cell[which], len(within) ** 2)))
-    target, seen = (np.concatenate(part) for part in zip(*found, strict=True))
-    return target, seen
+        pairs.append((target.ravel(), np.repeat(cell[which], len(within) ** 2)))
+    target, cells = (np.concatenate(part) for part in zip(*pairs, strict=True))
+    return target, cells
 
 
 def _part_light(disk: Disk, parts_seen: _VisibleParts, looks: Looks) -> tuple[Float[Array, "m 3"], Float[Array, " m"]]:

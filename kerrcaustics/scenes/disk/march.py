@@ -324,9 +324,9 @@ def _time_between(spin: float, before: _MarchedRays, after: _MarchedRays, h: Arr
     middle = (first + last) / 2 + (slopes[0] - slopes[1]) / 8
     rate = (1.5 * (last - first) - (slopes[0] + slopes[1]) / 4) / h
     places = (first, ends[0][2]), (middle, rate), (last, ends[1][2])
-    more = [_time_rate(spin, constants, *place) for place in places]
+    rates = [_time_rate(spin, constants, *place) for place in places]
     flat = ends[1][2][0] / last[0] - ends[0][2][0] / first[0]
-    return flat - h / 6 * (more[0] + 4 * more[1] + more[2])
+    return flat - h / 6 * (rates[0] + 4 * rates[1] + rates[2])
 
 
 def _time_rate(spin: float, constants: Array, place: Array, rate: Array) -> Float[Array, " n"]:
@@ -348,13 +348,14 @@ def _add_spots(
     def part_at(which: Array, s: Array) -> RayPart:
         return _ray_part(marching.camera.spin, (before.part(which), after.part(which), h[which]), s)
 
-    lit = marching.volume.shine(part_at, h, width)
-    ratio = before.at_infinity[lit.ray] / lit.energy
+    spot_light = marching.volume.shine(part_at, h, width)
+    ratio = before.at_infinity[spot_light.ray] / spot_light.energy
     glow = seen_black_body(
-        lit.temperature, ratio, marching.beaming, marching.colour_shift, marching.volume.spots.response
+        spot_light.temperature, ratio, marching.beaming, marching.colour_shift, marching.volume.spots.response
     )
-    layer = np.minimum(before.crossed[lit.ray] + (lit.cosine * before.side[lit.ray] < 0), marching.crossings)
-    np.add.at(light, (layer, number[lit.ray]), lit.light[:, None] * glow)
+    ray = spot_light.ray
+    layer = np.minimum(before.crossed[ray] + (spot_light.cosine * before.side[ray] < 0), marching.crossings)
+    np.add.at(light, (layer, number[ray]), spot_light.light[:, None] * glow)
 
 
 def _width(marching: Marching, rays: _MarchedRays) -> Float[Array, " n"]:

@@ -268,9 +268,11 @@ class SpotTraces:
         length = approach.stretch * h[ray]
         within = ndtr((approach.ahead + length * part) / wide) - ndtr((approach.ahead - length * (1 - part)) / wide)
         profile = np.exp(-approach.distance_2 / wide**2 / 2) * (self.size / wide) ** 2 * within
-        lit = np.flatnonzero(profile > _FAINTEST * (self.size / wide) ** 2)
-        light = profile[lit] * self.light[spot[lit]]
-        return SpotLight(ray[lit], light, self.temperature[spot[lit]], approach.energy[lit], place.vector[lit, 2])
+        bright = np.flatnonzero(profile > _FAINTEST * (self.size / wide) ** 2)
+        light = profile[bright] * self.light[spot[bright]]
+        return SpotLight(
+            ray[bright], light, self.temperature[spot[bright]], approach.energy[bright], place.vector[bright, 2]
+        )
 
     def _closest_approach(self, ray: RayPart, spot: Int[Array, " pairs"]) -> ClosestApproach:
         """The closest approach of rays to spots, in the orthonormal frame of the FIDO and then in that of the spot."""

@@ -252,6 +252,6 @@ def _pairs(
     start, stop = np.searchsorted(around, phase - behind), np.searchsorted(around, phase + ahead)
     count = np.minimum(stop - start, len(ring.number))
     for part in np.array_split(np.arange(len(near)), count.sum() // _PAIRS + 1):
-        each = count[part]
-        within = np.arange(each.sum()) - np.repeat(np.cumsum(each) - each, each)
-        yield np.repeat(near[part], each), number[np.repeat(start[part], each) + within]
+        counts = count[part]
+        within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+        yield np.repeat(near[part], counts), number[np.repeat(start[part], counts) + within]

@@ -141,8 +141,8 @@ def veil_of(marching: Marching, view: Raster, refine: bool = True) -> Veil:
         down = (np.arange(_DIVISIONS**2) // _DIVISIONS + 0.5) / _DIVISIONS - 0.5
         report("edges refined", 0.5)
         places = x[rough, None] + within, y[rough, None] + down
-        light[:, rough], transmission[:, rough], more = _all_marched(marching, view, *places)
-        steps += more
+        light[:, rough], transmission[:, rough], more_steps = _all_marched(marching, view, *places)
+        steps += more_steps
     return Veil(light, transmission, len(rough), len(x) + len(rough) * _DIVISIONS**2, steps)
 
 
@@ -154,8 +154,8 @@ def step_error(marching: Marching, view: Raster, veil: Veil) -> float:
         return 0.0
     which = np.random.default_rng(0).permutation(with_matter)[:_SAMPLE]
     y, x = np.divmod(which, view.width)
-    both = (replace(marching, step=marching.step / part) for part in (1, 2))
-    coarse, fine = (_all_marched(one, view, x[:, None], y[:, None]) for one in both)
+    marches = (replace(marching, step=marching.step / part) for part in (1, 2))
+    coarse, fine = (_all_marched(march, view, x[:, None], y[:, None]) for march in marches)
     brightest = max(float(luminance(light).max()), 1e-300)
     darker = np.abs(luminance((fine.light - coarse.light).sum(axis=0))) / brightest
     clearer = np.abs(fine.transmission - coarse.transmission)
