@@ -31,7 +31,7 @@ import kerrcaustics as kc
 from kerrcaustics.draw import style
 from kerrcaustics.draw.picture_files import write_picture
 from kerrcaustics.draw.scenes import show_picture
-from kerrcaustics.scenes.render import TracedView
+from kerrcaustics.scenes.traced_view import TracedView
 
 RADIUS, INNER, OUTER = 12.0, 6.0, 9.0
 # Of a circular orbit there, as one at rest measures it.

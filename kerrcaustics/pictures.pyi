@@ -3,7 +3,6 @@
 from .scenes.colour import MeasuredResponse as MeasuredResponse, black_body as black_body
 from .scenes.flare import glare_kernel as glare_kernel, with_glare as with_glare
 from .scenes.motion import ShutterMotion as ShutterMotion
-from .scenes.render import trace_view as trace_view
 from .scenes.render_volume import render_volume as render_volume
 from .scenes.screen import Screen as Screen
 from .scenes.tones import (
@@ -11,4 +10,5 @@ from .scenes.tones import (
     clipped_fraction as clipped_fraction,
     tone_mapped as tone_mapped,
 )
+from .scenes.traced_view import trace_view as trace_view
 from .scenes.view import View as View

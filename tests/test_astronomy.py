@@ -135,7 +135,7 @@ def test_a_sky_comes_back_from_fits(fits, tmp_path, name, start):
     kc.skies.save_sky(tmp_path / name, light)
     assert (tmp_path / name).read_bytes().startswith(start)
     read, size = kc.skies.Panorama.read(tmp_path / name), np.full(50, 0.1)
-    assert np.array_equal(read.around(n, size), kc.skies.Panorama(light).around(n, size))
+    assert np.array_equal(read.light_about(n, size), kc.skies.Panorama(light).light_about(n, size))
 
 
 @pytest.mark.parametrize(("wide", "high"), [(180, 90), (181, 91), (180, 91)], ids=["cells", "nodes", "nodes once"])
@@ -151,7 +151,7 @@ def test_skies_of_others_are_read_where_their_header_says(fits, tmp_path, wide, 
     unit.header.update(cards)
     unit.writeto(tmp_path / "galaxy.fits")
     at = from_angles(np.linspace(0.2, 2.9, 200), np.linspace(-7, 7, 200))
-    seen = kc.skies.Panorama.read(tmp_path / "galaxy.fits").around(at, np.full(200, 1e-3))
+    seen = kc.skies.Panorama.read(tmp_path / "galaxy.fits").light_about(at, np.full(200, 1e-3))
     # Linear between pixels, twice, and smoothed by at most half a pixel: three of (step)^2 / 8 times the values' 1.2.
     assert seen == pytest.approx(np.repeat((2 + at[:, 0] + 0.5 * at[:, 1])[:, None], 3, axis=1), abs=1e-3)
 
@@ -205,11 +205,11 @@ def test_a_sky_goes_to_healpix_and_back(healpy, order):
     assert values == pytest.approx(wanted, abs=0.3 * pixel)
     back = kc.skies.Panorama.from_healpix(values, order)
     n = from_angles(np.linspace(0.1, 3.0, 300), np.linspace(0, 20, 300))
-    assert back.rows == 128 and back.around(n, np.full(300, 1e-3)) == pytest.approx(
-        sky.around(n, np.full(300, 1e-3)), abs=4 * pixel**2
+    assert back.rows == 128 and back.light_about(n, np.full(300, 1e-3)) == pytest.approx(
+        sky.light_about(n, np.full(300, 1e-3)), abs=4 * pixel**2
     )
     grey = kc.skies.Panorama.from_healpix(np.full(48, 0.3), order, rows=8)
-    assert grey.rows == 8 and grey.around(n, np.full(300, 0.1)) == pytest.approx(0.3, abs=1e-6)
+    assert grey.rows == 8 and grey.light_about(n, np.full(300, 0.1)) == pytest.approx(0.3, abs=1e-6)
 
 
 def test_what_is_no_healpix_is_refused(healpy):

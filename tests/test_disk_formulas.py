@@ -13,7 +13,7 @@ from kerrcaustics.scenes import colour_formulas
 from kerrcaustics.scenes.colour import shifted_light
 from kerrcaustics.scenes.coons_patches import weights_at
 from kerrcaustics.scenes.disk import emission_formulas, plane_formulas
-from kerrcaustics.scenes.disk.texture import Pyramid
+from kerrcaustics.scenes.disk.texture import TexturePyramid
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.settings import settings_of_programs
 
@@ -61,7 +61,7 @@ def inputs(random):
     table = kernel("disk_cell").on_rays((), cells(random))
     spot = [random.uniform(0, 1, COUNT), random.uniform(-9, 9, COUNT), random.uniform(4, 14, COUNT)]
     spot.append(0.3 * random.normal(size=(COUNT, 4)))
-    pyramids = {channels: Pyramid.of(random.uniform(size=(13, 30, channels))) for channels in (1, 3)}
+    pyramids = {channels: TexturePyramid.from_picture(random.uniform(size=(13, 30, channels))) for channels in (1, 3)}
     colours = np.sort(random.uniform(-3, 3, (20, 3)), axis=0)
     pictures = {
         f"texture_{channels}": ((13.0, 30.0, float(len(one.levels)), 10.0), spot, list(one))
@@ -151,11 +151,11 @@ def test_covered_part_of_a_square():
 
 def test_a_picture_is_linear_between_its_pixels():
     light = np.arange(12.0).reshape(3, 4, 1)
-    pyramid = Pyramid.of(light)
+    pyramid = TexturePyramid.from_picture(light)
     assert pyramid.levels.tolist() == [[0, 3, 4], [12, 2, 2], [16, 1, 1]]
     # Middles of pixels from the inner rim up; between the last and the first of a row; beyond the outer rim's middle.
     across, turns = np.array([1 / 6, 5 / 6, 1 / 2, 1.0]), np.array([1 / 8, 3 / 8, 0.0, 9 / 8])
-    found = pyramid.at(across, 2 * math.pi * turns)[:, 0]
+    found = pyramid.finest_values(across, 2 * math.pi * turns)[:, 0]
     assert found == pytest.approx([8, 1, (4 + 7) / 2, 0], abs=1e-9)
 
 

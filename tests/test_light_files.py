@@ -48,7 +48,7 @@ def light_of(panorama):
     """The light that a panorama has next to the middles of its pixels."""
     theta, phi = np.meshgrid((np.arange(ROWS) + 0.5) * math.pi / ROWS, (np.arange(2 * ROWS) + 0.5) * math.pi / ROWS)
     n = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1).reshape(-1, 3)
-    return panorama.around(n, np.full(len(n), 1e-3))
+    return panorama.light_about(n, np.full(len(n), 1e-3))
 
 
 def seen_on_disk(texture):
@@ -200,7 +200,7 @@ def test_large_skies_of_8_bits_are_held_in_half_precision(tmp_path, monkeypatch)
 
     def light(brightness, large):
         monkeypatch.setattr(panorama, "LARGE", large)
-        return kc.skies.Panorama.read(path, brightness=brightness).around(way, size)
+        return kc.skies.Panorama.read(path, brightness=brightness).light_about(way, size)
 
     for brightness in (0.1, 1.0, 1e4):
         half, exact = light(brightness, 128), light(brightness, 256)

@@ -54,7 +54,7 @@ def inputs(random):
         "cell_scale": ((), [size, data, curving], []),
         "drift": ((), [x, y, row], [table]),
         "part_footprint": ((2.0, 8.0), [vector, np.arange(COUNT, dtype=float)], [slope]),
-        "seen": ((0.5, 8.0), [x, y, row], [table]),
+        "square_footprint": ((0.5, 8.0), [x, y, row], [table]),
         "slopes": ((), [vector, jacobian, directions(random, COUNT), steps], []),
     }
 

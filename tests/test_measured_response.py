@@ -46,7 +46,7 @@ def test_curves_are_read_from_a_file(tmp_path, form):
     response = kc.pictures.MeasuredResponse.read(tmp_path / "film.csv")
     assert response.wavelengths.tolist() == [400, 500, 600]
     assert np.array_equal(response.sensitivities, np.array(rows)[:, 1:])
-    between = response.on(np.array([350.0, 450.0, 601.0])).T
+    between = response.interpolated(np.array([350.0, 450.0, 601.0])).T
     assert between.tolist() == [[0, 0, 0], [0, 0.25, 0.625], [0, 0, 0]]
 
 

@@ -8,7 +8,7 @@ import pytest
 import kerrcaustics as kc
 from kerrcaustics.scenes.colour import luminance
 from kerrcaustics.scenes.disk.crossings import Lattice, crossings
-from kerrcaustics.scenes.disk.lighting import Looks, lit
+from kerrcaustics.scenes.disk.lighting import Looks, disk_light
 from kerrcaustics.scenes.disk.turned import turned_disk
 from kerrcaustics.scenes.motion import ShutterWeight
 
@@ -154,7 +154,9 @@ def test_moments_with_rays_of_their_own_see_thin_images_as_well_together():
     def seen(*numbers):
         """Beams to the thin images at a moment, and their light: that of one pixel full of it is 1."""
         plane = crossings(Lattice.at_moment(camera, view, False, *numbers), disk.inner, disk.outer, disk.opaque)
-        whole, thin = (lit(disk, cells, (30, 48), looks)[0][..., 0] for cells in (plane.cells[:1], plane.cells[3:4]))
+        whole, thin = (
+            disk_light(disk, cells, (30, 48), looks)[0][..., 0] for cells in (plane.cells[:1], plane.cells[3:4])
+        )
         return plane.beams[3], thin / whole.max()
 
     # A picture of a single moment, and one with the rays of eight of them.

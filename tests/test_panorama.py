@@ -119,7 +119,9 @@ def test_a_picture_file(tmp_path):
     seen = kc.skies.Panorama.read(tmp_path / "sky.png")
     given = kc.skies.Panorama(decoded(values / 255))
     n = directions_of(16).reshape(-1, 3)
-    assert seen.around(n, np.full(len(n), 1e-3)) == pytest.approx(given.around(n, np.full(len(n), 1e-3)), abs=1e-6)
+    assert seen.light_about(n, np.full(len(n), 1e-3)) == pytest.approx(
+        given.light_about(n, np.full(len(n), 1e-3)), abs=1e-6
+    )
 
 
 def test_an_openexr_file_is_linear(tmp_path):
@@ -130,7 +132,7 @@ def test_an_openexr_file_is_linear(tmp_path):
     )
     direction, size = from_angles([0.4, 1.2, 2.7], [0.1, 3.0, 6.2]), np.full(3, 0.01)
     read = kc.skies.Panorama.read(tmp_path / "sky.exr")
-    assert np.array_equal(read.around(direction, size), kc.skies.Panorama(light).around(direction, size))
+    assert np.array_equal(read.light_about(direction, size), kc.skies.Panorama(light).light_about(direction, size))
     (tmp_path / "text.exr").write_text("no picture")
     with pytest.raises(ValueError, match="Argument `path` must name a picture that can be read"):
         kc.skies.Panorama.read(tmp_path / "text.exr")
@@ -233,7 +235,7 @@ def test_a_picture_of_a_sky_is_that_sky(mirror, anywhere):
     again = kc.skies.Panorama(kc.skies.celestial_picture(sky, ROWS, mirror=mirror), mirror=mirror)
     inner = anywhere[np.hypot(anywhere[:, 0], anywhere[:, 1]) > 0.1]
     size = np.full(len(inner), 0.1)
-    assert again.around(inner, size) == pytest.approx(sky.around(inner, size), abs=1e-3)
+    assert again.light_about(inner, size) == pytest.approx(sky.light_about(inner, size), abs=1e-3)
 
 
 def test_digits_of_a_scene_file(tmp_path):

@@ -236,7 +236,7 @@ EXPRESSIONS = [
 
 @pytest.mark.parametrize(("text", "time", "value", "rate"), EXPRESSIONS)
 def test_expressions_have_values_and_derivatives(text, time, value, rate):
-    found = Moment(time, {}).of(formula("x", text))
+    found = Moment(time, {}).value(formula("x", text))
     assert (found.value, found.rate) == pytest.approx((value, rate), abs=1e-14)
 
 
@@ -276,7 +276,7 @@ def test_all_else_that_python_can_say_is_refused(text):
 )
 def test_expressions_without_a_value_say_when(text):
     with pytest.raises(ValueError, match=r"^x must .* at t = 0, but"):
-        Moment(0.0, {}).of(formula("x", text))
+        Moment(0.0, {}).value(formula("x", text))
 
 
 def test_definitions_may_use_each_other_and_the_place_but_not_go_round(scene):

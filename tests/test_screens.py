@@ -17,8 +17,9 @@ from kerrcaustics.scene_files import renderer
 from kerrcaustics.scenes.colour import luminance, seen_black_body
 from kerrcaustics.scenes.disk.flat import render_flat
 from kerrcaustics.scenes.disk.turned import turned_disk
+from kerrcaustics.scenes.motion import ExposedMoment
 from kerrcaustics.scenes.points import PointLights
-from kerrcaustics.scenes.render import trace_view
+from kerrcaustics.scenes.traced_view import trace_view
 
 SPIN, INCLINATION = 0.9, math.radians(70)
 DISTANT = kc.Observer(spin=SPIN, inclination=INCLINATION)
@@ -289,15 +290,15 @@ def test_observers_move_while_a_picture_is_exposed():
     """Inclination, size and centre; a radius between a finite one and infinity goes by its inverse."""
     observers = [kc.Observer(spin=SPIN, inclination=INCLINATION + step) for step in (-0.1, 0.1)]
     screens = [kc.Screen(64, 36, 24.0 + step, (step, 0.0)) for step in (-1.0, 1.0)]
-    exposure = kc.pictures.ShutterMotion(observers, screens).about(DISTANT, SCREEN, 0.0)
-    moment = exposure.at(0.25)
-    assert not exposure.still
+    exposure = kc.pictures.ShutterMotion(observers, screens).exposure(ExposedMoment(DISTANT, SCREEN))
+    moment = exposure.moment_at(0.25)
+    assert not exposure.keeps_view
     assert (moment.camera.inclination, moment.camera.radius) == (pytest.approx(INCLINATION + 0.05), math.inf)
     assert (moment.view.size, *moment.view.centre) == pytest.approx((24.5, 0.5, 0.0))
-    near = kc.pictures.ShutterMotion((observer_at(100.0), DISTANT), (SCREEN, SCREEN)).about(
-        observer_at(200.0), SCREEN, 0.0
+    near = kc.pictures.ShutterMotion((observer_at(100.0), DISTANT), (SCREEN, SCREEN)).exposure(
+        ExposedMoment(observer_at(200.0), SCREEN)
     )
-    assert near.at(0.25).camera.radius == pytest.approx(400.0)
+    assert near.moment_at(0.25).camera.radius == pytest.approx(400.0)
 
 
 @pytest.mark.parametrize(
@@ -325,10 +326,10 @@ TILTED = [kc.Observer(spin=SPIN, inclination=tilt) for tilt in TILTS]
 def test_blur_of_a_disk_is_the_mean_of_moments():
     motion = tilting(TILTED, SCREEN)
     blurred = kc.render(DISTANT, SCREEN, disk=SPOTS, motion=motion).light
-    exposure, count = motion.about(DISTANT, SCREEN, 0.0), 16
+    exposure, count = motion.exposure(ExposedMoment(DISTANT, SCREEN)), 16
     mean = np.zeros_like(blurred)
     for number in range(count):
-        now = exposure.at((number + 0.5) / count - 0.5)
+        now = exposure.moment_at((number + 0.5) / count - 0.5)
         mean += kc.render(now.camera, now.view, disk=turned_disk(SPOTS, -now.azimuth)).light / count
     still = kc.render(DISTANT, SCREEN, disk=SPOTS).light
     off, without = (luminance(np.abs(light - mean)).mean() / luminance(mean).mean() for light in (blurred, still))

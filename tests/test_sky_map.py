@@ -36,7 +36,7 @@ def missed(camera, traced, seed):
     view, cells = traced.view, traced.sky_cells
     covering = covering_cells(cells, view.shape)
     inside = covered_pixels(covering, np.ones(len(cells.x), bool))
-    some = CellPlaces.of(np.random.default_rng(seed).permutation(inside)[:10_000], covering, 1)
+    some = CellPlaces.pixel_parts(np.random.default_rng(seed).permutation(inside)[:10_000], covering, 1)
     direction = Patches(cells).footprint(some, np.ones(len(some.x))).direction
     sky, steps = view.directions(some.x, some.y)
     beams = kc.trace_beams(camera, sky, index=False, crossings=False, redshift=False)
@@ -101,7 +101,7 @@ def test_cells_are_divided_along_an_edge(least):
         return Covered(x[good], y[good], np.full(good.sum(), size)), ~good
 
     roots, none = Squares.over(64, 48, 16), InCircle(np.zeros(0, int), np.zeros(0, bool))
-    cells, level, split = Division(100, trace, accept, least).of(roots, none)
+    cells, level, split = Division(100, trace, accept, least).divide(roots, none)
     keys = np.concatenate(traced)
     assert len(np.unique(keys)) == len(keys) == len(level.corners.key)
     assert (np.diff(level.corners.key) > 0).all()
@@ -116,7 +116,7 @@ def test_cells_are_divided_along_an_edge(least):
     only_left = Division(
         100, trace, accept, least, lambda some: Squares(some.x[some.x < 16], some.y[some.x < 16], some.size)
     )
-    assert only_left.of(roots, none)[0].x.max() < 16
+    assert only_left.divide(roots, none)[0].x.max() < 16
 
 
 def test_every_pixel_is_seen_once():
@@ -126,7 +126,7 @@ def test_every_pixel_is_seen_once():
     cells = traced.sky_cells
     covering = covering_cells(cells, view.shape)
     for n in (1, 2, 4):
-        part = CellPlaces.of(covered_pixels(covering, parts_of(cells) == n), covering, n)
+        part = CellPlaces.pixel_parts(covered_pixels(covering, parts_of(cells) == n), covering, n)
         x, y = np.round(part.x).astype(int), np.round(part.y).astype(int)
         np.add.at(total, y * view.width + x, part.side**2)
     for place, side, *_ in traced.sky_parts:

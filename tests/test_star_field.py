@@ -184,7 +184,7 @@ def test_a_picture_of_the_galaxy_lies_where_its_stars_are():
     picture = kc.skies.Panorama(light, stars.galaxy)
     icrs = [(266.405, -28.936), (137.836, -48.330), (192.859, 27.128), (86.405, 28.936)]
     alpha, delta = np.radians(icrs).T
-    seen = picture.around(from_angles(math.pi / 2 - delta, alpha) @ stars.orientation.T, np.full(4, 0.01))
+    seen = picture.light_about(from_angles(math.pi / 2 - delta, alpha) @ stars.orientation.T, np.full(4, 0.01))
     assert seen == pytest.approx(np.concatenate([np.eye(3), np.zeros((1, 3))]), abs=0.05)
 
 

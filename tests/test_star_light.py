@@ -10,7 +10,7 @@ import kerrcaustics as kc
 from kerrcaustics.lens_map.sky_chart import edge_size
 from kerrcaustics.scenes.colour import luminance
 from kerrcaustics.scenes.points import PointLights
-from kerrcaustics.scenes.unresolved_stars import Footing, last_seen
+from kerrcaustics.scenes.unresolved_stars import PixelSolidAngles, last_seen
 from kerrcaustics.scripts import STUDIES
 from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 
@@ -187,10 +187,10 @@ def test_some_of_many_stars_are_searched_for_as_all_of_them():
 @pytest.mark.parametrize("limit", [1e-3, 8 * math.pi])
 def test_all_images_beside_the_edge_that_are_not_searched_for_have_faded(spin, radius, pixel, limit):
     camera, frame = kc.Camera(spin, radius), kc.Camera(spin, radius).frame()
-    footing = Footing(camera, pixel)
+    solid_angles = PixelSolidAngles(camera, pixel)
     angle, part = (axis.ravel() for axis in np.meshgrid(np.linspace(0, 6.2, 60), [1e-3, 0.1, 0.5, 1.0]))
-    distance = edge_size(camera)(angle) + np.maximum(part * footing.nearest(angle, limit), 1e-9)
+    distance = edge_size(camera)(angle) + np.maximum(part * solid_angles.nearest(angle, limit), 1e-9)
     line_of_sight = [-np.cos(distance), np.sin(distance) * np.cos(angle), np.sin(distance) * np.sin(angle)]
     sky = sky_from_line_of_sight(frame, np.stack(line_of_sight, axis=-1))
-    seen = footing.seen(pixel * kc.trace_beams(camera, sky).delta_plus, sky)
+    seen = solid_angles.values(pixel * kc.trace_beams(camera, sky).delta_plus, sky)
     assert np.nanmin(seen) > last_seen(limit) and np.isfinite(seen).mean() > 0.9

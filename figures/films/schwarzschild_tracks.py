@@ -27,7 +27,7 @@ from kerrcaustics.draw.films import SIZE, Film, blank_frame, pixels
 from kerrcaustics.draw.scenes import show_critical_curves, show_line
 from kerrcaustics.draw.star_maps import CURVE_COLOUR
 from kerrcaustics.draw.tracks import draw_motion, moving_lines
-from kerrcaustics.scenes.render import TracedView
+from kerrcaustics.scenes.traced_view import TracedView
 from kerrcaustics.scripts import FIGURES
 from kerrcaustics.tracks.tracks import StarTracks
 

@@ -20,7 +20,7 @@ from kerrcaustics.results.stages import in_words, stage, stages_timed
 if TYPE_CHECKING:
     from kerrcaustics.scene_files.exposure import Development
     from kerrcaustics.scene_files.scene_file import SceneFile
-    from kerrcaustics.scenes.render import Rendering
+    from kerrcaustics.scenes.rendering import Rendering
 
 # Pixels across a preview; stages that a picture has, at most.
 _PREVIEW, _STAGES = 320, 9

@@ -34,9 +34,10 @@ from kerrcaustics.light_curves.results import LightCurve
 from kerrcaustics.results.shown import Items
 from kerrcaustics.scenes.disk.profile import LineProfile
 from kerrcaustics.scenes.raster import Raster
-from kerrcaustics.scenes.render import Rendering, TracedView
 from kerrcaustics.scenes.render_volume import VolumeRendering
+from kerrcaustics.scenes.rendering import Rendering
 from kerrcaustics.scenes.tones import AUTO, Auto, tone_mapped
+from kerrcaustics.scenes.traced_view import TracedView
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import one_of

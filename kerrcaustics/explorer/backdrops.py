@@ -16,10 +16,10 @@ from kerrcaustics.explorer.state import ExplorerState
 from kerrcaustics.scenes.celestial_picture import celestial_picture
 from kerrcaustics.scenes.checkerboard import Checkerboard
 from kerrcaustics.scenes.raster import Raster
-from kerrcaustics.scenes.render import trace_view
 from kerrcaustics.scenes.sky import Sky
 from kerrcaustics.scenes.star_field import StarField
 from kerrcaustics.scenes.tones import tone_mapped
+from kerrcaustics.scenes.traced_view import trace_view
 from kerrcaustics.scenes.view import View
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.camera import Camera

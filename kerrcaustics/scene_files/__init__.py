@@ -1,1 +1,1 @@
-"""Scene files: hole, camera on its way, view, sky, disk and light, written in TOML, and their pictures."""
+"""Scene files: hole, camera and its path, view, sky, disk and light, written in TOML, and their pictures."""

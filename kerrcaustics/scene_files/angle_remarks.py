@@ -1,4 +1,4 @@
-"""Remarks on the angles of a scene: degrees that may be radians, and steps that may turn the wrong way round."""
+"""Remarks on the angles of a scene: degrees that may be radians, and steps that may have the wrong sense."""
 
 from collections.abc import Iterator
 
@@ -13,7 +13,7 @@ from kerrcaustics.toml_files import numbers_in
 
 Array = np.ndarray
 
-# A step that is as long, degrees, has a shorter one to the same direction the other way round.
+# Half a turn and a whole turn, degrees: a longer step than half a turn has a shorter one in the other sense.
 _HALF, _WHOLE = 180.0, 360.0
 
 
@@ -31,13 +31,13 @@ def angle_remarks(contents: Contents, motion: object) -> Iterator[str]:
 
 
 def azimuth_remarks(motion: object) -> Iterator[str]:
-    """A line on the azimuths of a path through places, if a step between two of them may go the wrong way round."""
+    """A line on the azimuths of a path through places, if a step between two of them may have the wrong sense."""
     if isinstance(motion, Splined):
         yield from _turns_back("camera.path: azimuth_deg", motion.times, np.degrees(motion.curve(motion.times)[:, 2]))
 
 
 def _turns_back(entry: str, times: Float[Array, " n"], degrees: Float[Array, " n"]) -> Iterator[str]:
-    """A line on the first step of more than half a turn; whole turns, which have no other way round, are meant."""
+    """A line on the first step of more than half a turn; whole turns count as intended."""
     steps = np.diff(degrees)
     # The azimuths of a path have been radians.
     short = steps - _WHOLE * np.rint(steps / _WHOLE)

@@ -13,7 +13,7 @@ from kerrcaustics.interop.plate_carree import is_fits
 from kerrcaustics.scene_files import matter_tables, sky_tables
 from kerrcaustics.scene_files.contents import Contents, FlareTable
 from kerrcaustics.scene_files.table_values import GridTable
-from kerrcaustics.scene_files.validation import about, reject
+from kerrcaustics.scene_files.validation import reject, table_errors
 from kerrcaustics.scenes.catalogue import hipparcos, merged_catalogues, tilted_galaxy, tycho2
 from kerrcaustics.scenes.checkerboard import Checkerboard
 from kerrcaustics.scenes.colour import MeasuredResponse, ResponseLike
@@ -36,7 +36,7 @@ from kerrcaustics.spacetime.viewer import Viewer
 Array = np.ndarray
 Files = tuple[tuple[str, str], ...]
 
-# Of a disk before stars, which then both show in one exposure.
+# Brightness of a disk in front of stars at which both show in one exposure.
 _BEFORE_STARS = 600.0
 
 _HALF_TURN = np.diag([-1.0, -1.0, 1.0])
@@ -50,11 +50,11 @@ _THERMAL = {
 
 @lru_cache(maxsize=4)
 def sky_of(table: sky_tables.SkyTable, folder: Path, files: Files, response: ResponseLike = "cie") -> Sky | None:
-    """The sky, None for a black one.
+    """The sky; None for a black sky.
 
-    files: names and hashes, so that a file that changed is read anew; response: to light, as for `black_body`.
+    files: names and hashes, so that changed files are read again; response: as for `black_body`.
     """
-    with about("sky"):
+    with table_errors("sky"):
         match table:
             case sky_tables.NoSky():
                 return None
@@ -67,10 +67,10 @@ def sky_of(table: sky_tables.SkyTable, folder: Path, files: Files, response: Res
 
 
 def sky_radius_of(contents: Contents, viewer: Viewer) -> float:
-    """The radius of the sphere with the sky, infinite where it is left out; ValueError unless all is within."""
+    """The radius of the sphere with the sky, infinite by default; ValueError unless it contains the scene."""
     radius, disk = getattr(contents.sky, "radius", None), contents.disk
     rim = 0.0 if disk is None else disk.outer
-    with about("sky"):
+    with table_errors("sky"):
         return float(sky_end(viewer, math.inf if radius is None else radius, rim).radius)
 
 
@@ -79,20 +79,20 @@ def _stars(table: sky_tables.StarsTable, folder: Path, response: ResponseLike) -
     turn = tilted_galaxy(*(math.radians(angle) for angle in angles))
     catalogue = hipparcos()
     if table.tycho2 is not None:
-        with about("sky", path="sky.tycho2"):
+        with table_errors("sky", path="sky.tycho2"):
             catalogue = merged_catalogues(catalogue, tycho2(folder / table.tycho2))
     stars = StarField(catalogue, turn, table.band, table.white, response=response)
     if table.nebulae is None:
         return stars
-    with about("sky.nebulae"):
-        # Longitudes of FITS files say themselves where they begin.
+    with table_errors("sky.nebulae"):
+        # FITS files define the origin of their longitudes.
         turn = stars.galaxy @ (_HALF_TURN if is_fits(table.nebulae.file) else np.eye(3))
         picture = _panorama(table.nebulae, folder, np.eye(3) if table.nebulae.frame == "hole" else turn)
     return replace(stars, nebulae=picture)
 
 
 def _panorama(table: sky_tables.PictureTable, folder: Path, frame: Array) -> Panorama:
-    """A picture; frame: rotation (3, 3) of the axes that its angles are about."""
+    """A picture; frame: rotation (3, 3) of the axes to which its angles refer."""
     file = folder / table.file
     turn = frame @ oriented(np.radians(table.orientation_deg), table.mirror != is_fits(file))
     look: dict[str, Any] = {"mirror": table.mirror, "brightness": table.brightness, "spectrum": table.spectrum}
@@ -104,14 +104,14 @@ def response_of(table: str | GridTable, folder: Path, files: Files) -> ResponseL
     """The response to colours of black bodies; files: as for `sky_of`."""
     if isinstance(table, str):
         return table
-    with about(
+    with table_errors(
         "light", path="light.response.file", wavelengths="light.response.file", sensitivities="light.response.file"
     ):
         return MeasuredResponse.read(folder / table.file)
 
 
 def brightness_of(matter: matter_tables.DiskTable | matter_tables.VolumeTable, sky: sky_tables.SkyTable) -> float:
-    """The brightness of a disk or a volume: left out, one that shows before the sky."""
+    """The brightness of a disk or a volume; by default one that shows in front of the sky."""
     if matter.brightness is not None:
         return matter.brightness
     return _BEFORE_STARS if isinstance(sky, sky_tables.StarsTable) else 1.0
@@ -128,15 +128,15 @@ def disk_of(
 ) -> Disk:
     """The disk; invalid numbers raise ValueError. files, response: as for `sky_of`."""
     table = with_entries(table, inner=inner_rim(table.inner, table.motion, spin))
-    with about("disk"):
+    with table_errors("disk"):
         check_rims(table.inner, table.outer)
         check_above_horizon(float(table.inner), spin)
-    with about("disk.emission"):
+    with table_errors("disk.emission"):
         emission = _emission(table.emission, table, folder, response)
     opacity, slant = table.opacity, table.slant
     if isinstance(emission, Wisps):
         opacity, slant = emission.opacity if opacity is None else opacity, bool(slant)
-    with about("disk"):
+    with table_errors("disk"):
         return Disk(table.inner, table.outer, emission, opacity, table.motion, slant, brightness)
 
 
@@ -157,7 +157,7 @@ def _emission(
 
 
 def _spots(table: matter_tables.SpotsTable, disk: matter_tables.DiskTable, response: ResponseLike) -> Spots:
-    """Spots that are evenly spread over the disk, and so are their temperatures."""
+    """Spots with places and temperatures that are evenly distributed."""
     low, high = table.temperature
     if not 0 < low <= high:
         reject("disk.emission.temperature", "be two growing temperatures above 0", list(table.temperature))
@@ -188,7 +188,7 @@ def orbiting_spots_of(
             reject(f"spots.{name}", "be two growing numbers", [low, high])
     low, high = np.array([getattr(table, name) for name in pairs]).T[..., None]
     temperature, brightness, inclination, node = low + (high - low) * parts[:4]
-    with about("spots"):
+    with table_errors("spots"):
         check_rims(table.inner, table.outer)
         inclination = np.where(parts[4] < table.retrograde, 180 - inclination, inclination)
         radius = np.sqrt(table.inner**2 + parts[5] * (table.outer**2 - table.inner**2))
@@ -200,15 +200,15 @@ def orbiting_spots_of(
 
 
 def add_glare(light: Array, flare: tuple[FlareTable, ...], folder: Path, scale: float) -> Array:
-    """Light (h, w, 3) after the halos of the lens, one after the other; scale: of the picture, widths go with it."""
+    """Light (h, w, 3) with all halos of the lens; scale: scale of the picture, by which widths are multiplied."""
     for i, halo in enumerate(flare):
-        with about(f"light.flare[{i}]"):
+        with table_errors(f"light.flare[{i}]"):
             light = with_glare(light, point_spread(halo, folder, scale))
     return light
 
 
 def point_spread(halo: FlareTable, folder: Path, scale: float) -> Array:
-    """A point spread function. One from a file has the pixels of the whole picture."""
+    """A point spread function; files have the pixels of the whole picture."""
     if halo.file is not None:
         return read_picture(folder / halo.file)
     return glare_kernel(halo.share or 0.0, (halo.width or 0.0) * scale, halo.falloff)

@@ -22,7 +22,7 @@ Array = np.ndarray
 
 COLUMNS = ("time", "radius", "inclination_deg", "azimuth_deg")
 PLACE_NAMES = COLUMNS[1:]
-# Bytes of a file of places.
+# Largest file of places, bytes.
 _LONGEST = 100_000_000
 
 
@@ -35,7 +35,7 @@ def named(place: Place) -> dict[str, Dual]:
 
 @dataclass(frozen=True)
 class Staying:
-    """A camera that keeps its radius and inclination, and goes round with an angular velocity."""
+    """A camera at constant radius and inclination that circles with an angular velocity."""
 
     start: Place
     span: tuple[float, float] = (-math.inf, math.inf)
@@ -58,7 +58,7 @@ class Splined:
         from scipy.interpolate import CubicSpline
 
         times, radius, theta, phi = rows.T
-        # At 90 degrees exactly the equator.
+        # 90 degrees become exactly the equator.
         places = np.stack([radius, np.radians(theta), np.radians(phi)], axis=-1)
         return cls(times, CubicSpline(times, places, bc_type="natural"))
 
@@ -74,9 +74,10 @@ class Splined:
 
 @dataclass(frozen=True)
 class Formulated:
-    """A camera whose coordinates are formulas of time: radius, inclination_deg, azimuth_deg among others.
+    """A camera whose coordinates are formulas of time: radius, inclination_deg, azimuth_deg.
 
-    Without a formula the radius is infinite.
+    formulas: formulas by their names, other definitions included; without a formula the radius is infinite.
+    span: first and last time.
     """
 
     formulas: dict[str, Formula]
@@ -86,7 +87,7 @@ class Formulated:
         """Return the place at a time."""
         moment = Moment(time, self.formulas)
         radius, theta, phi = (
-            moment.of(self.formulas[name]) if name in self.formulas else Dual(math.inf, 0.0) for name in PLACE_NAMES
+            moment.value(self.formulas[name]) if name in self.formulas else Dual(math.inf, 0.0) for name in PLACE_NAMES
         )
         values = radius.value, math.radians(theta.value), math.radians(phi.value)
         return Place(*values, radius.rate, math.radians(theta.rate), math.radians(phi.rate))
@@ -114,7 +115,7 @@ def read_places(path: Path) -> Float[Array, "n 4"]:
 
 
 def _head_in_words(head: list[str]) -> str:
-    """The way in which a first line is not that of a file of places, as the end of a sentence."""
+    """What is wrong with the first line of a file of places, as the end of a sentence."""
     if len(head) == 1 and ";" in head[0]:
         return "has semicolons: separate columns by commas, and write decimal points"
     lacking, more = [name for name in COLUMNS if name not in head], [name for name in head if name not in COLUMNS]

@@ -149,6 +149,6 @@ CAMERA_VIEW: dict[str, Any] = {
     "yaw_deg": 0.0,
     "pitch_deg": 0.0,
 }
-"""Keys of a view that a screen does not have, and what they are where they are left out."""
+"""Keys of a view that a screen lacks, and their defaults."""
 SCREEN: dict[str, Any] = {"centre": (0.0, 0.0)}
-"""Keys of a screen that a view of a camera does not have, and their values where they are left out."""
+"""Keys of a screen that a view of a camera lacks, and their defaults."""

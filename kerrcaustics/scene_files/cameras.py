@@ -22,19 +22,19 @@ from kerrcaustics.scene_files.camera_tables import CsvTable, ExpressionsTable, G
 from kerrcaustics.scene_files.contents import Contents
 from kerrcaustics.scene_files.expressions import RESERVED, Formula, Moment, check_names, formula
 from kerrcaustics.scene_files.table_values import Varied
-from kerrcaustics.scene_files.validation import SceneError, about, reject
+from kerrcaustics.scene_files.validation import SceneError, reject, table_errors
 from kerrcaustics.spacetime.camera import Camera, Velocity
 from kerrcaustics.spacetime.observer import Observer
 from kerrcaustics.spacetime.viewer import Viewer
 
-# Conservation of E, L_z and Q along a geodesic, below which its integration is good.
+# Largest relative change of E, L_z and Q along an accepted geodesic.
 _GOOD = 1e-8
-# Growth of rounding along a geodesic, as a part of the radius, below which its places are known: less than a pixel.
+# Largest growth of round-off along a geodesic, as a part of the radius: less than a pixel.
 _STEADY = 1e-5
-# Orbits next to the hole are followed for so long in two minutes.
+# Longest time, M, over which a geodesic is followed: two minutes of computation next to the hole.
 _LONGEST_FALL = 1e5
 _MOST_DEFINITIONS = 1000
-# Characters; it takes a second to read as many.
+# Largest length of all definitions, characters: reading them takes a second.
 _LONGEST_DEFINITIONS = 100_000
 CameraMotion = Staying | Splined | Formulated | Geodesic | Circling
 """The places of a camera from a first to a last time, which may be infinite."""
@@ -42,9 +42,13 @@ CameraMotion = Staying | Splined | Formulated | Geodesic | Circling
 
 @dataclass(frozen=True)
 class CameraPath:
-    """The camera of a scene at every time: its motion, its velocity (None: that of the motion), and all formulas.
+    """The camera of a scene at every time.
 
-    distant: true for an `Observer`, who is at rest at each place.
+    spin: spin of the hole.
+    motion: its place at every time.
+    velocity: its velocity; None for that of the motion.
+    formulas: formulas of the scene by their names.
+    distant: True for an `Observer`, who is at rest at each place.
     """
 
     spin: float
@@ -78,13 +82,13 @@ class CameraPath:
             text = str(error).replace("Argument ", "", 1).replace("`", "")
             raise SceneError(f"camera.path at t = {time:g}: {text}") from None
 
-    def at(self, time: float) -> Moment:
+    def values_at(self, time: float) -> Moment:
         """The values of all names at a time."""
         return Moment(time, self.formulas, named(self.motion.place(time)))
 
 
 def camera_path(contents: Contents, folder: Path, span: tuple[float, float] | None) -> CameraPath:
-    """Return the path of the camera. span: of the film, over which a geodesic is followed; None, the path's own."""
+    """Return the path of the camera. span: times between which a geodesic is followed; None for its own."""
     formulas = _definitions(contents)
     table, spin, distant = contents.camera, contents.hole.spin, contents.view.size is not None
     velocity = None if table.velocity == "path" else table.velocity
@@ -120,10 +124,10 @@ def varied(entry: str, value: Varied, path: CameraPath) -> "Formula | Splined":
 
 
 def value_at(varying: "Formula | Splined", moment: Moment) -> float:
-    """Return the value of `varied` at a time; a spline keeps its first value before it and its last one after it."""
+    """Return the value of `varied` at a time; a spline is constant before its first and after its last time."""
     if isinstance(varying, Splined):
         return varying.place(min(max(moment.time, varying.span[0]), varying.span[1])).radius
-    return moment.of(varying).value
+    return moment.value(varying).value
 
 
 def _definitions(contents: Contents) -> dict[str, Formula]:
@@ -141,10 +145,10 @@ def _definitions(contents: Contents) -> dict[str, Formula]:
 
 
 def _at_rest(contents: Contents) -> tuple[Staying, Velocity]:
-    """Return the motion of an observer without a path: none, at any radius."""
+    """Return the motion of an observer without a path, who is at rest."""
     table = contents.camera
     theta = math.radians(90.0 if table.inclination_deg is None else table.inclination_deg)
-    with about("camera", spin="hole.spin"):
+    with table_errors("camera", spin="hole.spin"):
         observer = Observer(spin=contents.hole.spin, radius=table.radius or 0.0, inclination=theta)
     return Staying(Place(observer.radius, theta, math.radians(table.azimuth_deg or 0.0), 0.0, 0.0, 0.0)), "fiducial"
 
@@ -153,10 +157,10 @@ def _staying(contents: Contents) -> tuple[Staying, Velocity]:
     """Return the circular motion of a camera without a path, and its velocity."""
     table, spin = contents.camera, contents.hole.spin
     theta = math.radians(90.0 if table.inclination_deg is None else table.inclination_deg)
-    with about("camera", spin="hole.spin"):
+    with table_errors("camera", spin="hole.spin"):
         camera = Camera(spin, table.radius or 0.0, theta, table.velocity)
         rate = phi_rate(spin, camera.radius, theta, camera.fido_velocity()[2])
-    # What is static stays to the last digit.
+    # Round-off must not move a static camera.
     rate = 0.0 if camera.velocity == "static" else rate
     start = Place(camera.radius, theta, math.radians(table.azimuth_deg or 0.0), 0.0, 0.0, rate)
     return Staying(start), camera.velocity or "fiducial"
@@ -180,7 +184,7 @@ def _of_file(path: Path) -> Splined:
 
 def _falling(spin: float, path: GeodesicTable, span: tuple[float, float]) -> Geodesic | Circling:
     theta, azimuth = math.radians(path.inclination_deg), math.radians(path.azimuth_deg)
-    with about("camera.path", spin="hole.spin"):
+    with table_errors("camera.path", spin="hole.spin"):
         if path.velocity == "circular":
             circle = circling(spin, path.radius, theta, azimuth, math.radians(path.heading_deg), path.time)
             return replace(circle, span=(min(path.time, span[0]), max(path.time, span[1])))

@@ -57,7 +57,7 @@ class LightTable(SceneTable, kw_only=True, frozen=True):
     flare: tuple[FlareTable, ...] | None = None
 
     def complete(self, sky: SkyTable, height: int) -> "LightTable":
-        """The light of a scene with what is left out: before stars the asinh curve, and a halo of the bright ones."""
+        """The light of a scene with defaults filled in: for stars the asinh curve, and a halo."""
         stars = isinstance(sky, StarsTable)
         glare = (FlareTable(share=_GLARE_SHARE, width=_GLARE_WIDTH * height),) if stars else ()
         flare, curve = (glare if self.flare is None else self.flare), ("asinh" if stars else "linear")

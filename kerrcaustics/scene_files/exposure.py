@@ -1,4 +1,4 @@
-"""Exposures of a scene's frames: as its file says, or by the light of the frames."""
+"""Exposures of a scene's frames: from its file, or from the light of the frames."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from kerrcaustics.scene_files.expressions import Formula, Moment
 from kerrcaustics.scene_files.matter_tables import DiskTable
 from kerrcaustics.scene_files.sky_tables import SkyTable
 from kerrcaustics.scene_files.table_values import ValueAt, Varied
-from kerrcaustics.scene_files.validation import about, reject
+from kerrcaustics.scene_files.validation import reject, table_errors
 from kerrcaustics.scenes.tones import AUTO, auto_exposure, clipped_fraction, tone_mapped
 from kerrcaustics.shapes import Float, UInt8
 
@@ -21,17 +21,25 @@ Array = np.ndarray
 Light = Float[Array, "height width 3"]
 
 _ENTRY = "light.exposure"
-# A film has its exposures from so many frames, in small: the whole of it costs little beside its frames.
+# Number of small frames from which a film has its exposures: few, so that they cost little beside the film.
 _KEYFRAMES = 9
-# A disk is seen alone where it lets through less than this of the sky; it is nearly black if almost all of that has
-# less than this of a byte.
-_ALONE, _ALMOST_ALL, _SEEN = 1e-3, 0.99, 24
-# Beyond it single precision ends.
+# Transmission of a disk below which a pixel shows the disk alone.
+_ALONE = 1e-3
+# Part of these pixels that must be dark for a disk to count as nearly black.
+_ALMOST_ALL = 0.99
+# Value of a byte from which a pixel counts as visible.
+_VISIBLE = 24
+# Largest exposure: products with light stay within single precision.
 _BRIGHTEST = 1e30
 
 
 class Development(NamedTuple):
-    """A picture of bytes without overlays, its exposure, and the part of its pixels that are clipped at white."""
+    """A picture of a frame without overlays.
+
+    picture: (height, width, 3) sRGB bytes.
+    exposure: factor of the light.
+    clipped: part of its pixels that are clipped at white.
+    """
 
     picture: UInt8[Array, "height width 3"]
     exposure: float
@@ -39,12 +47,16 @@ class Development(NamedTuple):
 
 
 class ExposureOverTime(NamedTuple):
-    """An exposure that a file gives: a formula, or values at times, of which a spline joins the logarithms."""
+    """The exposure that a scene file gives for every time.
+
+    value: a number, an expression, or values at times whose logarithms a spline joins.
+    path: the path of the camera, whose names the expression may use.
+    """
 
     value: Varied
     path: CameraPath
 
-    def at(self, moment: Moment) -> float:
+    def exposure_at(self, moment: Moment) -> float:
         """The exposure at a time; ValueError unless it is positive and finite."""
         varying = varied(_ENTRY, _logarithms(self.value), self.path)
         value = value_at(varying, moment) if isinstance(varying, Formula) else float(np.exp(value_at(varying, moment)))
@@ -57,21 +69,22 @@ class ExposureOverTime(NamedTuple):
 
 def developed(light: Light, table: LightTable, exposure: float) -> Development:
     """The picture of linear light at an exposure."""
-    with about("light"):
+    with table_errors("light"):
         picture = tone_mapped(light, exposure, table.curve or "linear", table.softening)
         return Development(picture, exposure, clipped_fraction(light, exposure, table.curve or "linear"))
 
 
 def exposure_of(light: Light, table: LightTable) -> float:
-    """The exposure by the light of a picture."""
-    with about("light"):
+    """The exposure from the light of a picture."""
+    with table_errors("light"):
         return auto_exposure(light, table.curve or "linear", table.softening)
 
 
 def keyframes(frames: int, light: Callable[[int], Light], moment: Callable[[int], float], table: LightTable) -> Varied:
-    """The exposure of a film, from the light of some of its frames: values at their times; frames without light aside.
+    """The exposure of a film from the light of some of its frames: values at times, without dark frames.
 
-    light: of a frame, in small; moment: its time.
+    light: function of a frame's number that returns its light at low resolution.
+    moment: function of a frame's number that returns its time.
     """
     numbers = sorted({round(float(number)) for number in np.linspace(0, frames - 1, min(frames, _KEYFRAMES))})
     pictures = ((moment(number), light(number)) for number in numbers)
@@ -79,12 +92,12 @@ def keyframes(frames: int, light: Callable[[int], Light], moment: Callable[[int]
     if len(keys) < 2:
         return keys[0][1] if keys else 1.0
     times, values = zip(*keys, strict=True)
-    # A star that flashes on a caustic must not darken the seconds about it.
+    # A flash of a star on a caustic must not darken the neighbouring seconds.
     return tuple(ValueAt(time=time, value=value) for time, value in zip(times, without_flashes(values), strict=True))
 
 
 def without_flashes(values: Sequence[float]) -> list[float]:
-    """Running medians of three; at each end of the end, its neighbour, and what the two next to it lead to.
+    """Running medians of three; at each end of the end value, its neighbour, and an extrapolation of two neighbours.
 
     References: Tukey 1977, Exploratory Data Analysis, ch. 7.
     """
@@ -99,22 +112,22 @@ def without_flashes(values: Sequence[float]) -> list[float]:
 
 
 def dark_disk(disk: DiskTable | None, sky: SkyTable, transmission: Array | None, picture: Array) -> tuple[str, ...]:
-    """A line on an opaque disk that a picture without overlays shows nearly black, where its brightness is given.
+    """A line on an opaque disk with a given brightness that is nearly black in a picture without overlays.
 
     transmission: part (height, width) of the light behind that the disk lets through.
     """
-    alone = np.zeros(picture.shape[:2], bool) if transmission is None else transmission < _ALONE
-    if disk is None or disk.brightness is None or not alone.any():
+    disk_only = np.zeros(picture.shape[:2], bool) if transmission is None else transmission < _ALONE
+    if disk is None or disk.brightness is None or not disk_only.any():
         return ()
     usual = brightness_of(msgspec.structs.replace(disk, brightness=None), sky)
-    if disk.brightness >= usual or np.quantile(picture[alone].max(axis=-1), _ALMOST_ALL) >= _SEEN:
+    if disk.brightness >= usual or np.quantile(picture[disk_only].max(axis=-1), _ALMOST_ALL) >= _VISIBLE:
         return ()
     hint = f"without that key it has {usual:g} (--set disk.brightness={usual:g})"
     return (f"The disk, with disk.brightness = {disk.brightness:g}, is nearly black beside its sky; {hint}",)
 
 
 def is_auto(table: LightTable) -> bool:
-    """True if the exposure is by the light."""
+    """True if the exposure comes from the light."""
     return table.exposure == AUTO
 
 

@@ -22,7 +22,7 @@ _Value = Callable[["Moment"], "Dual"]
 
 
 class Dual(NamedTuple):
-    """A value and its derivative with respect to t."""
+    """A value, and its rate: the derivative with respect to t."""
 
     value: float
     rate: float
@@ -66,7 +66,13 @@ RESERVED = {"t", *CONSTANTS, *_FUNCTIONS, *_EXTREMES}
 
 @dataclass(frozen=True)
 class Formula:
-    """A parsed expression: its entry in the file, its text, and the names in it."""
+    """A parsed expression.
+
+    entry: its entry in the file.
+    text: its text.
+    names: names that occur in it.
+    value: function of a `Moment` that returns its value and derivative.
+    """
 
     entry: str
     text: str
@@ -75,7 +81,7 @@ class Formula:
 
 
 def formula(entry: str, text: float | str) -> Formula:
-    """The formula in an entry of a scene file, or a number; raises a ValueError of one line for any other text."""
+    """The formula in an entry of a scene file; a ValueError of one line for an invalid expression."""
     if not isinstance(text, str):
         return Formula(entry, str(text), frozenset(), lambda _: Dual(float(text), 0.0))
     if len(text) > _LONGEST:
@@ -93,7 +99,7 @@ def formula(entry: str, text: float | str) -> Formula:
 
 def _parsed(tree: ast.expr) -> _Value:
     """The value of an expression at a moment; raises ValueError for all that is not of the language."""
-    # Few objects for each part: Python looks through all of them again and again while a file is read.
+    # Few objects for each part, which the garbage collector scans repeatedly while a file is read.
     match tree:
         case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
             return partial(_constant, Dual(float(number), 0.0))
@@ -134,7 +140,7 @@ def _extreme(function: Callable[..., Dual], parts: list[_Value], moment: "Moment
 class Moment:
     """The values of formulas at one time, each computed at its first use.
 
-    formulas: by their names; values: of further names.
+    formulas: formulas by their names; values: values of further names.
     """
 
     def __init__(self, time: float, formulas: dict[str, Formula], values: dict[str, Dual] | None = None) -> None:
@@ -142,8 +148,8 @@ class Moment:
         self._formulas = formulas
         self._values = {"t": Dual(time, 1.0), **{name: Dual(v, 0.0) for name, v in CONSTANTS.items()}, **(values or {})}
 
-    def of(self, expression: Formula) -> Dual:
-        """Value and derivative of a formula; raises a ValueError of one line if it has none."""
+    def value(self, expression: Formula) -> Dual:
+        """Value and derivative of a formula; ValueError of one line if it has none."""
         try:
             dual = expression.value(self)
         except (ArithmeticError, ValueError, RecursionError) as error:
@@ -155,17 +161,17 @@ class Moment:
         return dual
 
     def named(self, name: str) -> Dual:
-        """Value and derivative of a name; the names that it depends on come first."""
-        # A list, as Python does not go down as deep as names may depend on each other.
+        """Value and derivative of a name; the names on which it depends are computed first."""
+        # A list in place of recursion, whose depth Python limits.
         waiting = [] if name in self._values else [name]
         while waiting:
             last = waiting[-1]
-            # One at a time: the others may need it too, and thousands would wait several times each.
+            # One at a time: with all of them, names that others need too would be listed many times.
             missing = next((n for n in self._formulas[last].names if n not in self._values), None)
             if missing is not None:
                 waiting.append(missing)
             else:
-                self._values[waiting.pop()] = self.of(self._formulas[last])
+                self._values[waiting.pop()] = self.value(self._formulas[last])
         return self._values[name]
 
 
@@ -183,7 +189,7 @@ def check_names(formulas: Iterable[Formula], named: dict[str, Formula], variable
     try:
         TopologicalSorter({name: sorted(f.names & named.keys()) for name, f in named.items()}).prepare()
     except CycleError as error:
-        # From what is needed to what needs it, round to the first one.
+        # Names from the needed one to the one that needs it, back to the first.
         circle = error.args[1][:-1]
         name = next(name for name in named if name in circle)
         before = circle[circle.index(name) - 1]

@@ -1,4 +1,4 @@
-"""The sky, the disk and the matter in space of a scene, as its file describes them."""
+"""The sky, the disk and the matter in space of a scene file."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,7 +13,7 @@ from kerrcaustics.scene_files.validation import SceneError
 from kerrcaustics.scene_files.volumes import values_in, volume_of
 from kerrcaustics.scenes.colour import ResponseLike
 from kerrcaustics.scenes.disk.turned import turned_disk, turned_volume
-from kerrcaustics.scenes.disk.veil import Glowing
+from kerrcaustics.scenes.disk.veil import Glowing, Matter
 from kerrcaustics.scenes.turned_sky import TurnedSky
 
 
@@ -32,12 +32,12 @@ class SceneMatter:
 
     @property
     def sky(self) -> Any:
-        """The sky; None without one."""
+        """The sky; None for a black sky."""
         return sky_of(self.contents.sky, self.folder, self.files, self._response)
 
     @cached_property
     def disk(self) -> Any:
-        """The disk; None without one."""
+        """The disk, or None."""
         table = self.contents.disk
         if table is None:
             return None
@@ -45,7 +45,7 @@ class SceneMatter:
         return disk_of(table, brightness, self.contents.hole.spin, self.folder, self.files, self._response)
 
     def volume(self, time: float) -> Glowing | None:
-        """The matter in space, as it is at a time, or the spots in its place."""
+        """The matter in space at a time, or the spots in its place."""
         table, contents = self.contents.volume, self.contents
         if contents.spots is not None:
             if table is not None:
@@ -58,8 +58,8 @@ class SceneMatter:
         return volume_of(table, values, brightness, spin, self.folder, self.files, self._response)
 
     @property
-    def is_there(self) -> bool:
-        """True where something is round the hole."""
+    def exists(self) -> bool:
+        """True if there is a disk, a volume or spots."""
         return any(table is not None for table in (self.contents.disk, self.contents.volume, self.contents.spots))
 
     def frame(self, time: float, phi: float, sky_radius: float) -> FrameContents:
@@ -68,7 +68,7 @@ class SceneMatter:
         if sky is not None and phi != 0:
             sky = TurnedSky(sky, -phi)
         disk = None if self.disk is None else turned_disk(self.disk, -phi)
-        matter = disk, None if volume is None else turned_volume(volume, -phi)
+        matter = Matter(disk, None if volume is None else turned_volume(volume, -phi))
         return FrameContents(sky, sky_radius, matter, self.contents.light, time)
 
     @property

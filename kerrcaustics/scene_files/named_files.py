@@ -1,4 +1,4 @@
-"""Files that a scene names, with hashes of what is in them."""
+"""Files that a scene names, with hashes of their contents."""
 
 import hashlib
 from pathlib import Path
@@ -7,7 +7,7 @@ from kerrcaustics.files import reading
 from kerrcaustics.scene_files.contents import Contents
 from kerrcaustics.scene_files.validation import SceneError
 
-# Bytes: more than any picture that is taken has.
+# Largest file, bytes: more than that of any accepted picture.
 _LARGEST = 4_000_000_000
 
 
@@ -21,7 +21,7 @@ def named_files(contents: Contents, folder: Path) -> tuple[tuple[str, str], ...]
     files.append(("light.response.file", getattr(contents.light.response, "file", None)))
     for law in ("density", "temperature", "colour"):
         files.append((f"volume.{law}.file", getattr(getattr(contents.volume, law, None), "file", None)))
-    files += [(f"light.flare[{i}].file", one.file) for i, one in enumerate(contents.light.flare or ())]
+    files += [(f"light.flare[{i}].file", halo.file) for i, halo in enumerate(contents.light.flare or ())]
     return tuple((name, _hash(entry, folder, name)) for entry, name in files if name is not None)
 
 

@@ -12,7 +12,7 @@ from kerrcaustics.toml_files import as_struct, not_finite, read_toml
 
 
 class _GeodesicOrbit(msgspec.Struct, forbid_unknown_fields=True, tag_field="kind", tag="geodesic"):
-    """Free fall through a place: that of `Orbit.geodesic`, angles in degrees."""
+    """Free fall through a place, as by `Orbit.geodesic`, angles in degrees."""
 
     radius: float
     theta: float = 90.0
@@ -27,7 +27,7 @@ class _GeodesicOrbit(msgspec.Struct, forbid_unknown_fields=True, tag_field="kind
 
 
 class _KeplerOrbit(msgspec.Struct, forbid_unknown_fields=True, tag_field="kind", tag="kepler"):
-    """Newton's ellipse: that of `Orbit.kepler`, angles in degrees."""
+    """Newton's ellipse, as by `Orbit.kepler`, angles in degrees."""
 
     semi_major_axis: float
     eccentricity: float = 0.0
@@ -43,7 +43,7 @@ class _KeplerOrbit(msgspec.Struct, forbid_unknown_fields=True, tag_field="kind",
 
 
 def read_orbit(path: str | Path) -> Orbit:
-    """The orbit in a TOML file; a ValueError of one line names what is wrong and where."""
+    """The orbit in a TOML file; a ValueError of one line names the invalid entry."""
     table = read_toml(path, "orbit")
     for entry, value in not_finite(table):
         raise ValueError(f"Orbit {path}: {entry} must be a finite number, but is {value:g}.")

@@ -12,7 +12,7 @@ from kerrcaustics.spacetime.frame import sky_from_line_of_sight
 
 Array = np.ndarray
 
-# A sine below which two directions are one.
+# Sine of the angle below which two directions are parallel.
 _SAME = 1e-9
 
 
@@ -37,13 +37,13 @@ def axes_of(
         forward = np.array([0.0, -1.0 if camera.frame().speed < 0 else 1.0, 0.0])
     else:
         forward = sky_from_line_of_sight(camera.frame(), np.asarray(look, float) / np.linalg.norm(look))
-    return _turned(forward, up, *(math.radians(turn) for turn in turns))
+    return _turned_axes(forward, up, *(math.radians(turn) for turn in turns))
 
 
-def _turned(forward: Array, up: Array, roll: float, yaw: float, pitch: float) -> tuple[Array, Array]:
+def _turned_axes(forward: Array, up: Array, roll: float, yaw: float, pitch: float) -> tuple[Array, Array]:
     up = up - (up @ forward) * forward
     if np.linalg.norm(up) < _SAME:
-        # Along the spin axis anything may be up.
+        # Along the spin axis the upward direction is arbitrary.
         up = np.cross(forward, [0.0, 1.0, 0.0])
     up = up / np.linalg.norm(up)
     right = np.cross(forward, up)

@@ -25,9 +25,9 @@ from kerrcaustics.scene_files.camera_motion import PLACE_NAMES
 from kerrcaustics.scene_files.cameras import CameraPath
 from kerrcaustics.scene_files.contents import OverlaysTable
 from kerrcaustics.scene_files.expressions import Moment
-from kerrcaustics.scene_files.validation import SceneError, about, reject
+from kerrcaustics.scene_files.validation import SceneError, reject, table_errors
 from kerrcaustics.scenes.raster import Raster
-from kerrcaustics.scenes.render import Rendering
+from kerrcaustics.scenes.rendering import Rendering
 from kerrcaustics.shapes import Bool, Float, UInt8
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.shadow import shadow_edge
@@ -36,20 +36,25 @@ from kerrcaustics.tracks.tracks import star_tracks
 Array = np.ndarray
 
 _DPI = 100
-# Pixels: smaller letters are not legible, however small the picture is.
+# Smallest size of legible letters, pixels.
 _LEAST_TYPE = 10.0
-# Space between words and the sides of the picture, and the box about them, in units of the type.
-_MARGIN, _PADDING = 0.9, 0.35
-# Where names beside curves stand: directions from the middle (degrees, up from the right), and how far beyond their
-# curves, in units of the type.
-_BESIDE, _BEYOND = (40.0, -40.0, 140.0, -140.0, 0.0, 180.0, 90.0, -90.0), 1.6
-# The width of a letter, and lines that captions take, in units of the type.
-LETTER_WIDTH, _CAPTION_LINES = 0.6, 3.0
-# Opacity of what names beside curves stand on: more than behind captions, so that colours are read on bright skies.
+# Space between words and the sides of the picture, in units of the type.
+_MARGIN = 0.9
+# Space between words and the edge of their box, in units of the type.
+_PADDING = 0.35
+# Directions of the names beside curves from the middle of the curves, degrees, up from the right.
+_BESIDE = (40.0, -40.0, 140.0, -140.0, 0.0, 180.0, 90.0, -90.0)
+# Distance of the names from their curves, in units of the type.
+_BEYOND = 1.6
+LETTER_WIDTH = 0.6
+"""Width of a letter, in units of the type."""
+# Height of a caption, in units of the type.
+_CAPTION_LINES = 3.0
+# Opacity of the ground of names beside curves: higher than for captions, for colours on bright skies.
 _PLATE = 0.8
-# Digits of numbers in captions that come without a format.
+# Digits of numbers in captions without a format.
 _DIGITS = 4
-# Lines and type are made for pictures so many pixels high, and grow with them.
+# Height, pixels, of the pictures for which lines and type have their nominal size.
 _HEIGHT = 720
 _DARK = withStroke(linewidth=2.2, foreground="black", alpha=0.75)
 # {name} or {name:.2f} in a caption: a name, and the format of a number of at most 99 places.
@@ -59,7 +64,7 @@ _LONGEST_CAPTION = 500
 _EDGE_POINTS = 720
 _EDGE_LINE: dict[str, Any] = {"color": "#B0B0B0", "linewidth": 1.0, "linestyle": "--", "path_effects": [_DARK]}
 _POLE: dict[str, Any] = {"marker": "*", "markersize": 16.0, "markeredgecolor": "black", "linestyle": "none"}
-# The same for all frames of a camera on a circular orbit.
+# Cached, as they are the same for all frames of a camera on a circular orbit.
 tracks_of, images_of = lru_cache(maxsize=64)(star_tracks), lru_cache(maxsize=8)(star_images)
 
 
@@ -68,7 +73,7 @@ def overlaid(
 ) -> UInt8[Array, "height width 3"]:
     """The picture of a rendering with its overlays."""
     height, width = picture.shape[:2]
-    # Bright lines do with dark rims what dark ones cannot on a black shadow.
+    # Bright lines with dark rims are visible on the black shadow and on bright skies.
     with rc_context(style.FILM_RC):
         figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI * max(height / _HEIGHT, 0.5))
         figure.set_size_inches(width / figure.dpi, height / figure.dpi)
@@ -84,7 +89,7 @@ def overlaid(
 
 
 def draw_lines(ax: Axes, overlays: OverlaysTable, rendering: Rendering) -> None:
-    """Draw the curves that are asked for, with their names."""
+    """Draw the selected curves with their names."""
     camera, view = rendering.camera, rendering.view
     lines: list[Line2D] = []
     most = min(max(overlays.critical_curves - 1, 1), HIGHEST_INDEX)
@@ -99,16 +104,16 @@ def draw_lines(ax: Axes, overlays: OverlaysTable, rendering: Rendering) -> None:
         show_line(ax, view, edge, **_EDGE_LINE)
         lines.append(Line2D([], [], label="shadow edge", **_EDGE_LINE))
         if overlays.labels == "beside":
-            # Where it is dark: curves of high order lie beyond.
+            # On the dark side: curves of high order lie outside.
             _write_name(ax, view, CurveName("shadow edge", edge, _EDGE_LINE["color"], 0.0, within=True), overlays)
     if overlays.critical_curves:
         curves = caustics(camera, overlays.critical_curves, end=rendering.sky_radius)
-        one: dict[str, Any] = {"color": overlays.curve_colour} if overlays.curve_colour else {}
-        show_critical_curves(ax, view, curves, on_black=True, linewidth=1.6, **one)
+        own_colour: dict[str, Any] = {"color": overlays.curve_colour} if overlays.curve_colour else {}
+        show_critical_curves(ax, view, curves, on_black=True, linewidth=1.6, **own_colour)
         for curve in (caustic for caustic in curves if _in_view(view, caustic.sky)):
             label = f"{style.order_name(curve.order)} critical curve"
-            line = {**style.order_line(curve.order, on_black=True), **one}
-            listed = "critical curves" if one else label
+            line = {**style.order_line(curve.order, on_black=True), **own_colour}
+            listed = "critical curves" if own_colour else label
             if listed not in {known.get_label() for known in lines}:
                 lines.append(Line2D([], [], linewidth=1.6, label=listed, **line))
             if overlays.labels == "beside":
@@ -119,7 +124,14 @@ def draw_lines(ax: Axes, overlays: OverlaysTable, rendering: Rendering) -> None:
 
 
 class CurveName(NamedTuple):
-    """A name beside a curve, in a direction from its middle (degrees, up from the right), beyond it or within."""
+    """A name beside a curve.
+
+    text: the name.
+    sky: (n, axes) points of the curve.
+    colour: colour of the name.
+    direction: direction from the middle of the curve, degrees, up from the right.
+    within: True for a name on the inner side of the curve.
+    """
 
     text: str
     sky: Float[Array, "n axes"]
@@ -136,7 +148,7 @@ def _type_size(ax: Axes, overlays: OverlaysTable) -> float:
 
 
 def _list_names(ax: Axes, lines: list[Line2D], overlays: OverlaysTable) -> None:
-    """The names of all lines in one place."""
+    """Draw a legend with the names of all lines."""
     place: Any = overlays.labels_place.replace("centre", "center")
     size = _type_size(ax, overlays)
     look: dict[str, Any] = {"fontsize": size, "facecolor": _behind(overlays.colour), "framealpha": 0.6}
@@ -147,7 +159,7 @@ def _list_names(ax: Axes, lines: list[Line2D], overlays: OverlaysTable) -> None:
 
 
 def _write_name(ax: Axes, view: Raster, name: CurveName, overlays: OverlaysTable) -> None:
-    """The name of a curve beside it, in its colour, where there is room for it in the picture."""
+    """Draw the name of a curve beside it, in its colour, if there is room in the picture."""
     size = _type_size(ax, overlays)
     points, ends, room = places_beside(view, name, size * ax.figure.dpi / 72)
     if not room.max(initial=-np.inf) > -np.inf:
@@ -165,18 +177,18 @@ def _write_name(ax: Axes, view: Raster, name: CurveName, overlays: OverlaysTable
 def places_beside(
     view: Raster, name: CurveName, letter: float
 ) -> tuple[Float[Array, "m 2"], Float[Array, "m 2"], Float[Array, " m"]]:
-    """Points of a curve, where its name begins beside them, and how good that is: -inf for no room."""
+    """Points of a curve, starts of its name beside them, and scores of these places; -inf without room."""
     places, width = view.pixels(name.sky), LETTER_WIDTH * len(name.text) * letter
     middle = (np.nanmin(places, axis=0) + np.nanmax(places, axis=0)) / 2
     away = (places - middle) / np.linalg.norm(places - middle, axis=1, keepdims=True)
     angle = math.radians(name.direction)
-    wanted = away @ [math.cos(angle), -math.sin(angle)]
-    # On the other side of the curve only where there is no room on this one.
+    alignment = away @ [math.cos(angle), -math.sin(angle)]
+    # The other side of the curve is used only if this side has no room.
     sides = (-1, 1) if name.within else (1, -1)
     ends = [places + side * _BEYOND * letter * away for side in sides]
-    points, begin, score = np.tile(places, (2, 1)), np.concatenate(ends), np.concatenate([wanted, wanted - 2])
+    points, begin, score = np.tile(places, (2, 1)), np.concatenate(ends), np.concatenate([alignment, alignment - 2])
     end = begin + np.sign(begin - points) * [width, 0]
-    # Beside captions, too, which have a line above or below.
+    # Room is also left for captions above or below.
     room = np.array([letter, _CAPTION_LINES * letter])
     inside = [((part > room) & (part < [view.width, view.height] - room)).all(axis=1) for part in (begin, end)]
     in_view = _inside(view, points)
@@ -184,12 +196,12 @@ def places_beside(
 
 
 def _behind(colour: str) -> str:
-    """The ground on which words of a colour are read: black or white."""
+    """The ground on which words of a colour are legible: black or white."""
     return "black" if np.dot(to_rgb(colour), (0.2126, 0.7152, 0.0722)) > 0.4 else "white"
 
 
 def _in_view(view: Raster, sky: Float[Array, "n axes"]) -> bool:
-    """True where the picture shows some of these directions."""
+    """True if the picture shows some of these directions."""
     return bool(_inside(view, view.pixels(sky)).any())
 
 
@@ -206,7 +218,7 @@ def _draw_tracks(ax: Axes, stars: tuple[float, ...], most: int, rendering: Rende
     view = rendering.view
     limits, lines = (ax.get_xlim(), ax.get_ylim()), []
     for i, theta in enumerate(stars):
-        with about("overlays", theta=f"overlays.tracks[{i}]", camera="overlays.tracks"):
+        with table_errors("overlays", theta=f"overlays.tracks[{i}]", camera="overlays.tracks"):
             star = tracks_of(rendering.camera, math.radians(theta), most, end=rendering.sky_radius)
         for track in star.tracks:
             for index, places in moving_lines(star, track, view.pixels(track.sky), view.width / 2):
@@ -226,7 +238,7 @@ def _draw_poles(ax: Axes, most: int, rendering: Rendering) -> None:
 
 
 def _write(ax: Axes, text: str, overlays: OverlaysTable) -> None:
-    """A caption; one that is wider than the picture goes on in another line."""
+    """Draw a caption, wrapped to the width of the picture."""
     up, across = overlays.caption_place.replace("centre", "center").split()
     size = _type_size(ax, overlays)
     inset = ((0, 1, 0.5)[("left", "right", "center").index(across)], float(up == "upper"))
@@ -250,7 +262,7 @@ def filled_caption(caption: str, moment: Moment) -> str:
 
 
 def _sensible_format(number: float) -> str:
-    """The format of a number in a caption, to four digits: its places stay while it changes a little, as in films."""
+    """The format of a number in a caption, to four digits; decimals are constant under small changes, as in films."""
     size = abs(number)
     if not 1e-3 <= size < 1e7:
         return f".{_DIGITS}g"
@@ -265,7 +277,7 @@ def check_overlays(overlays: OverlaysTable, path: CameraPath, span: tuple[float,
         if not is_color_like(colour) or colour == "none":
             reject(f"overlays.{name}", "be a colour, as white or #FFD700", quoted(colour))
     if overlays.tracks:
-        with about("overlays", camera="overlays.tracks"):
+        with table_errors("overlays", camera="overlays.tracks"):
             for time in span:
                 path.camera(time)[0].orbital_velocity()
 

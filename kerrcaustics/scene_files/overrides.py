@@ -1,4 +1,4 @@
-"""Entries of a scene that are set otherwise than in its file: camera.radius=5."""
+"""Overrides of entries of a scene file: camera.radius=5."""
 
 import re
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ _STEP = re.compile(r"([A-Za-z_][\w-]*)((?:\[\d+\])*)")
 def with_overrides(table: dict[str, Any], overrides: Sequence[str]) -> dict[str, Any]:
     """A scene as plain data with some entries set, each given as PATH=VALUE.
 
-    VALUE is as in TOML; what is none there is a text, so that words need no quotation marks.
+    VALUE is a TOML value; any other text is a string, so that words need no quotation marks.
     """
     for override in overrides:
         path, sign, value = override.partition("=")
@@ -29,7 +29,7 @@ def with_overrides(table: dict[str, Any], overrides: Sequence[str]) -> dict[str,
 
 
 def _steps(path: str) -> list[str | int]:
-    """Keys and numbers of list entries along a path; none where it is no path."""
+    """Keys and numbers of list entries along a path; empty for an invalid path."""
     steps: list[str | int] = []
     for part in path.split("."):
         match = _STEP.fullmatch(part)
@@ -47,7 +47,7 @@ def _value(text: str) -> Any:
 
 
 def _set(table: dict[str, Any], steps: list[str | int], value: Any, path: str) -> None:
-    """Set an entry; tables on the way to it are made where they are not there."""
+    """Set an entry, creating the tables on its path."""
     container: Any = table
     for step in steps[:-1]:
         _check_entry(container, step, path)

@@ -1,22 +1,32 @@
-"""The one place where scenes are handed to the renderer, with what moves while a frame is exposed."""
+"""Rendering of frames: the only place that hands scenes to the renderer, with the motion during their exposure."""
 
 from typing import Any, NamedTuple
 
 from kerrcaustics.results.declared import same
 from kerrcaustics.scene_files.contents import LightTable
-from kerrcaustics.scenes.motion import Exposure, ShutterMotion
-from kerrcaustics.scenes.motion_blur import Matter
+from kerrcaustics.scenes.blur import BlurKind, blur_of
+from kerrcaustics.scenes.disk.veil import Matter
+from kerrcaustics.scenes.motion import ExposedMoment, ShutterMotion
 from kerrcaustics.scenes.raster import Raster
-from kerrcaustics.scenes.render import Rendering, TracedView, render, trace_view
+from kerrcaustics.scenes.render import render
+from kerrcaustics.scenes.rendering import Rendering
 from kerrcaustics.scenes.sky import Sky
+from kerrcaustics.scenes.traced_view import TracedView, trace_view
 from kerrcaustics.spacetime.viewer import Viewer
 
-# The last map, and all that it depends on.
+# The last map, and everything that it depends on.
 LAST: list[tuple[tuple[Any, ...], TracedView]] = []
 
 
 class FrameContents(NamedTuple):
-    """Contents of a frame: the sky, and the radius at which it lies, and matter before it, in what light, and when."""
+    """Contents of a frame.
+
+    sky: the sky; None for a black one.
+    sky_radius: radius of its sphere, M.
+    matter: a disk and a volume.
+    light: table of the physics of light.
+    time: coordinate time, M.
+    """
 
     sky: Sky | None
     sky_radius: float
@@ -26,34 +36,35 @@ class FrameContents(NamedTuple):
 
 
 def rendered(
-    camera: Viewer, view: Raster, shown: FrameContents, motion: ShutterMotion | None, quality: str
+    camera: Viewer, view: Raster, contents: FrameContents, motion: ShutterMotion | None, quality: str
 ) -> Rendering:
-    """A frame, linear light; motion: about the time in its middle."""
-    disk, volume = shown.matter
-    delay = shown.light.delay and shown.matter != (None, None)
-    light = {"beaming": shown.light.beaming, "colour_shift": shown.light.colour_shift, "delay": delay}
-    options = {"disk": disk, "volume": volume, "time": shown.time, **light}
-    exposure = Exposure.of(motion, camera, view, shown.time, quality)
-    if not exposure.one_map(shown.matter):
-        options |= {"quality": quality, "sky_radius": shown.sky_radius}
-        return render(camera, view, shown.sky, motion=motion, **options)
-    options |= {"turn": exposure.turn, "turn_weight": exposure.weight.shape}
-    return _traced(camera, view, shown, quality).show(shown.sky, **options)
+    """A frame in linear light; motion: that about the time in its middle."""
+    matter = contents.matter
+    delay = contents.light.delay and matter.exists
+    light = {"beaming": contents.light.beaming, "colour_shift": contents.light.colour_shift, "delay": delay}
+    options = {**matter._asdict(), "time": contents.time, **light}
+    middle = ExposedMoment(camera, view, time=contents.time)
+    blur = blur_of(motion, middle, quality, contents.sky, matter.exists)
+    if blur.kind is not BlurKind.SKY:
+        options |= {"quality": quality, "sky_radius": contents.sky_radius}
+        return render(camera, view, contents.sky, motion=motion, **options)
+    options |= {"turn": blur.turn, "turn_weight": blur.exposure.weight.shape}
+    return _traced_view(camera, view, contents, quality).show(contents.sky, **options)
 
 
-def _traced(camera: Viewer, view: Raster, shown: FrameContents, quality: str) -> TracedView:
-    """The map of a view; that of the frame before where it is the same, as to a camera on a circular orbit."""
-    disk = shown.matter[0]
+def _traced_view(camera: Viewer, view: Raster, contents: FrameContents, quality: str) -> TracedView:
+    """The map of a view: the map of the last frame if it is the same, as for a camera on a circular orbit."""
+    disk = contents.matter.disk
     rims = disk and (disk.inner, disk.outer, disk.opaque)
-    delay = shown.light.delay and disk is not None
-    options = {"delay": delay, "quality": quality, "sky_radius": shown.sky_radius}
-    key = camera, view, shown.sky is not None, rims, options
-    # Looked at once: another thread may put its own there.
+    delay = contents.light.delay and disk is not None
+    options = {"delay": delay, "quality": quality, "sky_radius": contents.sky_radius}
+    key = camera, view, contents.sky is not None, rims, options
+    # `LAST` is read once, as another thread may replace its item.
     last = next(iter(LAST), None)
     if last is None or not same(last[0], key):
-        # Two at once would be too much memory.
+        # The old map is freed first: two maps would need too much memory.
         last = None
         LAST.clear()
-        last = key, trace_view(camera, view, sky=shown.sky is not None, disk=disk, **options)
+        last = key, trace_view(camera, view, sky=contents.sky is not None, disk=disk, **options)
         LAST[:] = [last]
     return last[1]

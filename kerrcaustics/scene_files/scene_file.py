@@ -29,11 +29,11 @@ from kerrcaustics.scene_files.named_files import named_files
 from kerrcaustics.scene_files.overrides import with_overrides
 from kerrcaustics.scene_files.renderer import rendered
 from kerrcaustics.scene_files.sky_tables import NoSky
-from kerrcaustics.scene_files.validation import about, check_contents, in_file, reject
+from kerrcaustics.scene_files.validation import check_contents, file_errors, reject, table_errors
 from kerrcaustics.scene_files.view_over_time import ViewOverTime
 from kerrcaustics.scenes.motion import ShutterMotion
 from kerrcaustics.scenes.raster import Raster
-from kerrcaustics.scenes.render import Rendering
+from kerrcaustics.scenes.rendering import Rendering
 from kerrcaustics.shapes import Float, UInt8
 from kerrcaustics.spacetime.checks import one_of, quoted, real_number, whole_number
 from kerrcaustics.spacetime.viewer import Viewer
@@ -42,9 +42,9 @@ from kerrcaustics.toml_files import as_struct, not_finite, read_toml
 Array = np.ndarray
 
 _MAY_BE_INFINITE = ("camera.radius", "camera.path.radius")
-# Of a film's frames, so many are looked at before any is drawn.
-_LOOKED_AT = 100
-# Pixels across a frame from whose light a film has its exposures, as those of a preview.
+# Number of a film's frames that are checked before any is drawn.
+_CHECKED = 100
+# Width, pixels, of the frames from whose light a film has its exposures, as of a preview.
 _SMALL = 320
 _BLACK = (
     "The scene has neither a sky nor a disk nor a volume, and its picture is black: "
@@ -75,7 +75,7 @@ class SceneFile:
     Notes
     -----
     `SceneFile.read` and `read_scene` make one. For an invalid file they raise a ValueError of one line that names the
-    file, the key by its path and what it must be. A scene can be pickled, without what was made from it.
+    file, the key by its path and what it must be. A pickled scene has its file's contents alone.
 
     Examples
     --------
@@ -93,10 +93,10 @@ class SceneFile:
 
     @classmethod
     def read(cls, path: str | Path, overrides: Sequence[str] = ()) -> "SceneFile":
-        """The scene in a TOML file. overrides: entries that replace those of the file, as "camera.radius=5"."""
+        """The scene in a TOML file. overrides: entries that replace those of the file, such as "camera.radius=5"."""
         path = Path(path)
         table = read_toml(path)
-        with in_file(str(path)):
+        with file_errors(str(path)):
             table = with_overrides(table, overrides)
             for entry, value in not_finite(table):
                 if value != math.inf or entry not in _MAY_BE_INFINITE:
@@ -112,7 +112,7 @@ class SceneFile:
         return scene
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Without what was made of it."""
+        """Pickle the contents without cached values."""
         return SceneFile, (self.contents, self.folder, self.name, self.files)
 
     def __repr__(self) -> str:
@@ -136,9 +136,9 @@ class SceneFile:
         return self.contents.view.width, self.contents.view.height
 
     def resized(self, width: int, height: int) -> "SceneFile":
-        """The scene in another size, pixels; the flare of the lens, in pixels of the whole picture, goes with it."""
+        """The scene in another size, pixels; the width of the flare, in pixels, is scaled with it."""
         contents, scale = self.contents, width / self.size[0]
-        with in_file(self.name):
+        with file_errors(self.name):
             replaced = msgspec.structs.replace
             view = replaced(contents.view, width=width, height=height)
             halos = contents.light.flare
@@ -157,7 +157,7 @@ class SceneFile:
 
     @property
     def span(self) -> tuple[float, float]:
-        """Times of the first frame and of one beyond the last, coordinate time of the hole."""
+        """Times of the first frame and of the frame after the last, coordinate time of the hole."""
         low, high = self._path.motion.span if self.contents.camera.path is not None else (0.0, 0.0)
         film = self._film
         start = film.start if film.start is not None else low if math.isfinite(low) else 0.0
@@ -170,18 +170,18 @@ class SceneFile:
         return (self.span[1] - self.span[0]) / self.frames
 
     def moment(self, number: int) -> float:
-        """Time of a frame, from 0 on: that in the middle of its exposure."""
+        """Time of a frame, counted from 0, in the middle of its exposure."""
         number = whole_number("number", number, 0, self.frames - 1)
         return self.span[0] + self.step * number
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Lines on what the author may not have meant."""
-        black = isinstance(self.contents.sky, NoSky) and not self.matter.is_there
+        """Lines on entries that the author may not have intended."""
+        black = isinstance(self.contents.sky, NoSky) and not self.matter.exists
         return (*((_BLACK,) if black else ()), *angle_remarks(self.contents, self._path.motion))
 
     def record(self) -> dict[str, Any]:
-        """All that the frames depend on, as plain data that JSON can hold; files that it names by what is in them."""
+        """Everything on which the frames depend, as plain data for JSON; named files by their hashes."""
         entry = msgspec.json.decode(msgspec.json.encode(self.contents))
         for key in ("title", "film"):
             entry.pop(key)
@@ -194,8 +194,8 @@ class SceneFile:
         return self._camera_view(time)[0]
 
     def azimuth(self, time: float) -> float:
-        """Azimuth phi (radians) of the camera at a time: by so much sky and disk are turned back."""
-        with in_file(self.name):
+        """Azimuth phi (radians) of the camera at a time, by which sky and disk are turned back."""
+        with file_errors(self.name):
             return self._path.camera(time)[1].phi
 
     def view(self, time: float, scale: float = 1.0) -> Raster:
@@ -218,15 +218,15 @@ class SceneFile:
         one_of("quality", quality, get_args(Quality))
         time = self.moment(number)
         camera, view = self._camera_view(time, scale)
-        with in_file(self.name):
+        with file_errors(self.name):
             phi = self._path.camera(time)[1].phi
-            shown = self.matter.frame(time, phi, sky_radius_of(self.contents, camera))
-            return rendered(camera, view, shown, self._motion(time, phi, scale), quality)
+            contents = self.matter.frame(time, phi, sky_radius_of(self.contents, camera))
+            return rendered(camera, view, contents, self._motion(time, phi, scale), quality)
 
     def _motion(self, time: float, phi: float, scale: float) -> ShutterMotion | None:
-        """The motion while a frame is exposed, about its middle; phi: of the camera then."""
+        """The motion during the exposure of a frame; phi: azimuth of the camera in its middle."""
         low, high = self._path.motion.span
-        # Nothing is known of a path before its first time, where films begin.
+        # A path is not defined before its first time, at which films begin.
         half = min(self.step * self._film.shutter_deg / 720, time - low, high - time)
         if not half > 0:
             return None
@@ -238,25 +238,25 @@ class SceneFile:
         )
 
     def light(self, rendering: Rendering, scale: float = 1.0) -> Float[Array, "height width 3"]:
-        """Linear light of a frame, with the flare of the lens; in a picture of this scale."""
+        """Linear light of a frame, with the flare of the lens; scale: that of the picture."""
         return np.asarray(add_glare(rendering.light, self.contents.light.flare or (), self.folder, scale), np.float32)
 
     def exposure(self, number: int, light: Float[Array, "height width 3"], alone: bool = False) -> float:
-        """The exposure of a frame of linear light: that in the file, or by the light.
+        """The exposure of a frame of linear light, from the file or from the light.
 
-        By the light, a film's is from its keyframes; alone: from the frame itself.
+        The light is that of the keyframes of a film; alone: True for that of the frame itself.
         """
         if not self._by_light:
-            with in_file(self.name):
-                return self._exposure.at(self._path.at(self.moment(number)))
-        own = alone or self.frames == 1
-        return exposure_of(light, self.contents.light) if own else self._exposed.exposure(number, light)
+            with file_errors(self.name):
+                return self._exposure.exposure_at(self._path.values_at(self.moment(number)))
+        by_frame = alone or self.frames == 1
+        return exposure_of(light, self.contents.light) if by_frame else self._exposed.exposure(number, light)
 
     def with_exposures(self) -> "SceneFile":
-        """The scene with the exposures of its film as values at times, where they are by the light.
+        """The scene with automatic exposures of its film as values at times.
 
-        They come from the light of nine frames, as drafts of 320 pixels across. Every frame makes use of them; a film
-        asks for them once, before other processes draw its frames. A picture stays as it is.
+        They come from the light of nine frames, drafts 320 pixels wide. A film computes them once, before other
+        processes draw its frames. A single picture is unchanged.
         """
         return self._exposed if self._by_light and self.frames > 1 else self
 
@@ -282,10 +282,10 @@ class SceneFile:
     def development(self, number: int, rendering: Rendering, scale: float = 1.0, *, alone: bool = False) -> Development:
         """The picture of a frame that was rendered, without overlays: flare, exposure, tone curve.
 
-        alone: no other frame of a film is drawn for the exposure.
+        alone: True for an exposure from this frame alone.
         """
         light = self.light(rendering, scale)
-        with in_file(self.name):
+        with file_errors(self.name):
             return developed(light, self.contents.light, self.exposure(number, light, alone))
 
     def developed(self, number: int, rendering: Rendering, scale: float = 1.0) -> UInt8[Array, "height width 3"]:
@@ -300,12 +300,12 @@ class SceneFile:
             return picture
         from kerrcaustics.scene_files.overlays import overlaid
 
-        with in_file(self.name):
-            return overlaid(picture, self.contents.overlays, rendering, self._path.at(self.moment(number)))
+        with file_errors(self.name):
+            return overlaid(picture, self.contents.overlays, rendering, self._path.values_at(self.moment(number)))
 
     @property
     def _overlaid(self) -> bool:
-        """True if anything is drawn onto pictures: only then plots are imported."""
+        """True if pictures have overlays: only then Matplotlib is imported."""
         return self.contents.overlays != OverlaysTable()
 
     def picture(self, number: int, *, quality: str | None = None, scale: float = 1.0) -> UInt8[Array, "height width 3"]:
@@ -342,21 +342,21 @@ class SceneFile:
             raise ValueError(f"Argument `time` must be a finite number, but is {quoted(time)}.")
         if not 0 < real_number("scale", scale) <= 16:
             raise ValueError(f"Argument `scale` must be more than 0 and at most 16, but is {quoted(scale)}.")
-        with in_file(self.name):
+        with file_errors(self.name):
             camera = self._path.camera(time)[0]
             return camera, self.views.raster(camera, time, scale)
 
     def _check(self) -> None:
-        """Make all that costs little, so that errors are raised before anything is traced."""
+        """Build everything that costs little, so that errors are raised before any ray is traced."""
         start, end = self.span
         if not (end > start or (self.frames == 1 and end == start)):
             reject("film.end", f"be given, and be later than film.start ({start:g})", end)
         _ = self.matter.sky
-        for i, one in enumerate(self.contents.light.flare or ()):
-            with about(f"light.flare[{i}]"):
-                point_spread(one, self.folder, 1.0)
+        for i, halo in enumerate(self.contents.light.flare or ()):
+            with table_errors(f"light.flare[{i}]"):
+                point_spread(halo, self.folder, 1.0)
         _ = self.matter.disk
-        for number in sorted({*range(0, self.frames, max(self.frames // _LOOKED_AT, 1)), self.frames - 1}):
+        for number in sorted({*range(0, self.frames, max(self.frames // _CHECKED, 1)), self.frames - 1}):
             self._check_frame(self.moment(number))
         if self._overlaid:
             from kerrcaustics.scene_files.overlays import check_overlays
@@ -368,5 +368,5 @@ class SceneFile:
         sky_radius_of(self.contents, camera)
         self.views.raster(camera, time, 1.0, trial=True)
         self.matter.volume(time)
-        exposure = 1.0 if self._by_light else self._exposure.at(self._path.at(time))
+        exposure = 1.0 if self._by_light else self._exposure.exposure_at(self._path.values_at(time))
         developed(np.zeros((1, 1, 3), np.float32), self.contents.light, exposure)

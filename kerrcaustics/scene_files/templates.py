@@ -1,4 +1,4 @@
-"""Scene files to begin with, which come with the package."""
+"""Example scene files of the package."""
 
 from pathlib import Path
 

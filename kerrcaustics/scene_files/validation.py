@@ -1,4 +1,4 @@
-"""Checks of a scene file, and their errors: one line that names the file, the key by its path, and what it must be."""
+"""Checks of a scene file, whose errors are one line with the file, the path of the key, and the requirement."""
 
 import math
 import re
@@ -13,7 +13,7 @@ from kerrcaustics.scenes.motion import shutter_weight
 from kerrcaustics.spacetime.checks import quoted
 from kerrcaustics.spacetime.kerr import checked_spin
 
-# Names of arguments that are keys under another name, in degrees.
+# Keys of arguments that have another name in scene files.
 _KEYS = {"inclination": "inclination_deg", "field_of_view": "field_of_view_deg", "forward": "look", "up": "look"}
 _KEYS |= {"tilt": "galaxy_tilt_deg", "node": "galaxy_node_deg", "centre": "galaxy_centre_deg", "spread": "file"}
 _KEYS |= {"sky_radius": "radius", "path": "file", "light": "file", "orientation": "orientation_deg"}
@@ -30,7 +30,7 @@ def reject(entry: str, must: str, value: Any) -> NoReturn:
 
 
 @contextmanager
-def in_file(name: str) -> Iterator[None]:
+def file_errors(name: str) -> Iterator[None]:
     """Add the name of the file to errors in it."""
     try:
         yield
@@ -39,10 +39,10 @@ def in_file(name: str) -> Iterator[None]:
 
 
 @contextmanager
-def about(table: str, **keys: str) -> Iterator[None]:
+def table_errors(table: str, **keys: str) -> Iterator[None]:
     """Turn errors about arguments of the package into errors about the keys of a table.
 
-    keys: entries by the names of arguments, for those that come from a key of another name.
+    keys: entries by the names of arguments, for keys that have other names than their arguments.
     """
     try:
         yield
@@ -60,9 +60,9 @@ def about(table: str, **keys: str) -> Iterator[None]:
 
 
 def check_contents(contents: Contents) -> None:
-    """Raise ValueError for entries of a scene that exclude each other or lack each other."""
+    """Raise ValueError for entries of a scene that exclude each other, and for missing ones."""
     camera, film = contents.camera, contents.film
-    with about("hole"):
+    with table_errors("hole"):
         checked_spin(contents.hole.spin)
     _check_either("camera", camera, "radius", "path")
     if camera.path is not None:
@@ -78,7 +78,7 @@ def check_contents(contents: Contents) -> None:
         reject("view.look", "be three numbers that are not all zero", list(look))
     if film is not None:
         _check_either("film", film, "frames", "duration")
-        with about("film"):
+        with table_errors("film"):
             shutter_weight("shutter_weight", film.shutter_weight)
     for i, halo in enumerate(contents.light.flare or ()):
         if (halo.file is None) == (halo.share is None) or (halo.share is None) != (halo.width is None):
@@ -106,7 +106,7 @@ def _check_viewer(contents: Contents) -> None:
 
 
 def _check_either(entry: str, table: Any, first: str, second: str) -> None:
-    """Raise ValueError unless a table has one of two keys."""
+    """Raise ValueError unless a table has exactly one of two keys."""
     absent = [getattr(table, key) is None for key in (first, second)]
     if absent[0] == absent[1]:
         reject(entry, f"have either {first} or {second}", "neither" if absent[0] else "both")

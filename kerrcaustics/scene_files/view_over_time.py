@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 from kerrcaustics.scene_files.camera_tables import ViewTable
 from kerrcaustics.scene_files.cameras import CameraPath, value_at, varied
 from kerrcaustics.scene_files.orientation import axes_of
-from kerrcaustics.scene_files.validation import about, reject
+from kerrcaustics.scene_files.validation import reject, table_errors
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.screen import Screen
 from kerrcaustics.scenes.view import View, widest_field
@@ -30,14 +30,14 @@ class ViewOverTime:
 
     def values(self, time: float) -> dict[str, float]:
         """The values that may change with time, by the paths of their keys."""
-        moment = self.path.at(time)
+        moment = self.path.values_at(time)
         return {entry: value_at(varying, moment) for entry, varying in self._varied.items()}
 
     def raster(self, camera: Viewer, time: float, scale: float, trial: bool = False) -> Raster:
-        """A view or a screen; trial: a view straight on, to try the rest without looking for the shadow."""
+        """A view or a screen; trial: a view with fixed axes, for checks that need not locate the shadow."""
         table, values = self.table, self.values(time)
         width, height = (max(round(scale * pixels), 1) for pixels in (table.width, table.height))
-        with about("view"):
+        with table_errors("view"):
             if table.size is not None:
                 tilt, centre = math.radians(values["view.tilt_deg"]), (values[f"view.centre[{i}]"] for i in (0, 1))
                 return Screen(width, height, values["view.size"], tuple(centre), (math.sin(tilt), math.cos(tilt)))
@@ -47,8 +47,8 @@ class ViewOverTime:
             if not 0 < field <= widest * (1 + 1e-12):
                 shape = f"a {table.projection} picture of {width} x {height} pixels"
                 reject("view.field_of_view_deg", f"be above 0 and at most {widest:.6g} degrees for {shape}", field)
-            looking = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-            axes = looking if trial else axes_of(cast("Camera", camera), table.look, turns)
+            fixed = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+            axes = fixed if trial else axes_of(cast("Camera", camera), table.look, turns)
             return View(width, height, math.radians(field), table.projection, *axes)
 
     @cached_property

@@ -15,7 +15,7 @@ from kerrcaustics.scene_files.camera_motion import PLACE_NAMES
 from kerrcaustics.scene_files.cameras import CameraPath
 from kerrcaustics.scene_files.expressions import CONSTANTS, Formula, check_names, formula
 from kerrcaustics.scene_files.table_values import GridTable
-from kerrcaustics.scene_files.validation import SceneError, about, reject
+from kerrcaustics.scene_files.validation import SceneError, reject, table_errors
 from kerrcaustics.scenes.colour import ResponseLike, from_srgb
 from kerrcaustics.scenes.disk.volume import VOLUME_MOTIONS, Volume, VolumeGrid, VolumeLaw
 from kerrcaustics.shapes import Float
@@ -26,8 +26,8 @@ Values = tuple[tuple[str, float], ...]
 PLACE = ("r", "theta", "phi")
 """Names of the place in expressions of a volume: units of the mass, and radians."""
 
-# Places at which a volume is looked at before anything is marched.
-_LOOKED_AT = 256
+# Number of places at which a volume is evaluated before any ray is marched.
+_SAMPLED = 256
 
 _SIGNS: dict[type, Callable[[Any], Any]] = {ast.UAdd: np.positive, ast.USub: np.negative}
 _OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
@@ -47,9 +47,12 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
 
 @dataclass(frozen=True, eq=False)
 class SpaceLaw(VolumeLaw):
-    """An expression of the place, at one moment: a function of radius, theta and azimuth, turned by an angle.
+    """An expression of the place at one moment, as a function of radius, theta and azimuth.
 
-    entry: in the file; values: of the names in it that are no coordinates of the place.
+    entry: its entry in the file.
+    text: the expression.
+    values: values of its names, but for the coordinates of the place.
+    angle: angle by which it is turned about the spin axis, radians.
     """
 
     entry: str
@@ -59,7 +62,7 @@ class SpaceLaw(VolumeLaw):
 
     @property
     def symmetric(self) -> bool:
-        """True if it is the same all round."""
+        """True if it is the same at all azimuths."""
         return "phi" not in {node.id for node in ast.walk(self._tree) if isinstance(node, ast.Name)}
 
     @property
@@ -86,7 +89,7 @@ class SpaceLaw(VolumeLaw):
 
 
 def _value(tree: ast.expr, named: dict[str, Any]) -> Any:
-    """The value of an expression that `formula` has taken, with arrays for names."""
+    """The value of an expression that `formula` has accepted, with arrays for names."""
     match tree:
         case ast.Constant(value=number):
             return float(str(number))
@@ -108,8 +111,8 @@ def _reduced(function: Callable[[Any, Any], Any], first: Any, rest: tuple[Any, .
 
 
 def values_in(table: matter_tables.VolumeTable, path: CameraPath, time: float) -> Values:
-    """Values at a time of the names in a volume's expressions, but for those of the place."""
-    expressions, moment = _formulas(table), path.at(time)
+    """Values at a time of the names in a volume's expressions, without the coordinates of the place."""
+    expressions, moment = _formulas(table), path.values_at(time)
     for name in PLACE:
         if name in path.formulas:
             reject("definitions", "have names other than r, theta and phi where there is a volume", repr(name))
@@ -148,23 +151,23 @@ def volume_of(
     density = _law(table, "density", values, folder)
     temperature, colour = (_law(table, name, values, folder) for name in ("temperature", "colour"))
     motion = table.motion if table.motion in VOLUME_MOTIONS else SpaceLaw("volume.motion", table.motion, values)
-    with about("volume"):
+    with table_errors("volume"):
         rims = table.inner, table.outer
         volume = Volume(density, temperature, *rims, table.scale, motion, brightness, response, colour)
         volume.check(spin)
-        parts = np.random.default_rng(0).random((3, _LOOKED_AT))
+        parts = np.random.default_rng(0).random((3, _SAMPLED))
         radius = table.inner * (table.outer / table.inner) ** parts[0]
-        volume.matter(radius, np.pi * parts[1], 2 * np.pi * parts[2], np.zeros(_LOOKED_AT))
+        volume.matter(radius, np.pi * parts[1], 2 * np.pi * parts[2], np.zeros(_SAMPLED))
     return volume
 
 
 def _law(table: matter_tables.VolumeTable, name: str, values: Values, folder: Path) -> Any:
-    """Density, temperature or colour; grids beside one of the density are averaged by what their cells absorb."""
+    """Density, temperature or colour; with a grid of the density, other grids are averaged by absorption."""
     law = getattr(table, name)
     if isinstance(law, str):
         if name != "colour":
             return SpaceLaw(f"volume.{name}", law, values)
-        with about("volume"):
+        with table_errors("volume"):
             return tuple(from_srgb(law).tolist())
     if not isinstance(law, GridTable):
         return law
@@ -173,7 +176,7 @@ def _law(table: matter_tables.VolumeTable, name: str, values: Values, folder: Pa
     if name != "density" and isinstance(table.density, GridTable):
         density = _array_in(folder / table.density.file, "volume.density.file")
         weights = density if density.shape == grid.shape[:3] else None
-    with about("volume", values=entry):
+    with table_errors("volume", values=entry):
         return VolumeGrid(grid, table.inner, table.outer, weights)
 
 
@@ -181,7 +184,7 @@ def _array_in(path: Path, entry: str) -> Array:
     """The array of a .npy file."""
     must = "name a .npy file with an array of numbers"
     try:
-        # Mapped, a file whose header promises more than there is takes no memory.
+        # Memory-mapped, so that a false header does not allocate memory.
         grid = np.load(path, mmap_mode="r", allow_pickle=False)
     except (OSError, ValueError, EOFError, SyntaxError) as error:
         reason = " ".join(str(error).split())[:80]

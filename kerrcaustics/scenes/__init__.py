@@ -1,1 +1,1 @@
-"""The sky seen through the hole: views of the camera sky, skies to look at, pictures of them."""
+"""Pictures of skies, disks and volumes as a camera or an observer sees them."""

@@ -21,23 +21,27 @@ from kerrcaustics.spacetime.sphere import from_angles
 Array = np.ndarray
 
 _FILE = Path(__file__).parent / "data" / "hipparcos.npz"
-# North galactic pole (right ascension, declination) and galactic longitude of the north celestial pole, degrees, J2000.
-_POLE, _NODE = (192.85948, 27.12825), 122.93192
+# Right ascension and declination of the north galactic pole, degrees, J2000.
+_POLE = (192.85948, 27.12825)
+# Galactic longitude of the north celestial pole, degrees, J2000.
+_NODE = 122.93192
 
-# Bytes of a catalogue's file.
+# Largest file of a catalogue, bytes.
 _LARGEST = 1_000_000_000
-# Colour index of the Sun; and a distance on the sky, radians, within which two entries are one star.
-_SUN, _SAME = 0.65, 1e-4
+# Colour index B - V of the Sun.
+_SUN = 0.65
+# Angle (radians) below which two entries are one star.
+_SAME = 1e-4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StarCatalogue(Shown):
-    """Stars: direction (n, 3), unit vectors; magnitude (n,); colour_index (n,), B - V.
+    """A catalogue of stars.
 
     Parameters
     ----------
     direction : (n, 3) array
-        Vectors of any length, such as positions in parsecs. They are normalised here.
+        Vectors of any length, such as positions in parsecs; as an attribute they are unit vectors.
     magnitude : (n,) array
     colour_index : (n,) array
         B - V.
@@ -83,7 +87,7 @@ class StarCatalogue(Shown):
 def hipparcos() -> StarCatalogue:
     """The 37,622 stars of the Hipparcos-2 catalogue with Hp up to 8, ICRS directions, brightest first.
 
-    References: van Leeuwen 2007, A&A 474, 653. The file beside the data says where they come from.
+    References: van Leeuwen 2007, A&A 474, 653. A file beside the data describes their origin.
 
     Examples
     --------
@@ -100,7 +104,7 @@ def hipparcos() -> StarCatalogue:
 def tycho2(path: str | os.PathLike[str]) -> StarCatalogue:
     """The stars of a Tycho-2 index file of astrometry.net, such as index-tycho2-10.littleendian.fits: 362,950 stars.
 
-    Directions are ICRS, to 1e-9 rad; magnitudes are V_T; colours are not in the file, and taken to be the Sun's. Bright
+    Directions are ICRS, to 1e-9 rad; magnitudes are V_T; the file has no colours, and those of the Sun are used. Bright
     stars are missing: see `merged_catalogues`. Needs the package astropy.
 
     References: Hog et al. 2000, A&A 355, L27.
@@ -137,7 +141,7 @@ def tycho2(path: str | os.PathLike[str]) -> StarCatalogue:
 
 def _tycho2_stars(tables: dict[str, Any]) -> tuple[Float[Array, "stars 3"], Float[Array, " stars"]]:
     """Directions and magnitudes in the tables of the file, by the names of their first columns."""
-    # As bytes: low, high (3 each) and one scale; then whole numbers, three a star.
+    # As bytes: limits low and high (3 each) and a scale; then three whole numbers for each star.
     values = np.frombuffer(tables["kdtree_range_stars"].data.tobytes(), "<f8")
     numbers = np.frombuffer(tables["kdtree_data_stars"].data.tobytes(), "<u4").reshape(-1, 3)
     direction = values[:3] + numbers / values[6]
@@ -146,7 +150,7 @@ def _tycho2_stars(tables: dict[str, Any]) -> tuple[Float[Array, "stars 3"], Floa
 
 
 def merged_catalogues(first: StarCatalogue, second: StarCatalogue) -> StarCatalogue:
-    """Both catalogues as one, brightest first; of two stars within 20 arcseconds that of the first is kept.
+    """Both catalogues merged, brightest first; stars of the second within 20 arcseconds of the first are dropped.
 
     Parameters
     ----------
@@ -169,9 +173,9 @@ def merged_catalogues(first: StarCatalogue, second: StarCatalogue) -> StarCatalo
 
     instance_of("first", first, StarCatalogue)
     instance_of("second", second, StarCatalogue)
-    apart = KDTree(first.direction).query(second.direction, distance_upper_bound=_SAME)[0] > _SAME
+    is_new = KDTree(first.direction).query(second.direction, distance_upper_bound=_SAME)[0] > _SAME
     names = ("direction", "magnitude", "colour_index")
-    values = [np.concatenate([getattr(first, name), getattr(second, name)[apart]]) for name in names]
+    values = [np.concatenate([getattr(first, name), getattr(second, name)[is_new]]) for name in names]
     order = np.argsort(values[1], kind="stable")
     return StarCatalogue(*(value[order] for value in values))
 
@@ -183,7 +187,7 @@ def galactic_axes() -> Float[Array, "3 3"]:
     """
     alpha, delta, node = (math.radians(angle) for angle in (*_POLE, _NODE))
     pole = from_angles(math.pi / 2 - delta, alpha)
-    # Toward the celestial north pole, at right angles to the galactic one: at longitude `node`.
+    # Toward the celestial north pole, perpendicular to the galactic pole: at longitude `node`.
     north = np.array([0.0, 0.0, 1.0]) - math.sin(delta) * pole
     north /= np.linalg.norm(north)
     beside = np.cross(pole, north)
@@ -192,7 +196,7 @@ def galactic_axes() -> Float[Array, "3 3"]:
 
 
 def tilted_galaxy(tilt: float, node: float, centre: float) -> Float[Array, "3 3"]:
-    """Rotation (3, 3) from ICRS directions to the celestial sphere, with the galactic plane where it is wanted.
+    """Rotation (3, 3) from ICRS directions to the celestial sphere, for a given orientation of the galactic plane.
 
     Parameters
     ----------

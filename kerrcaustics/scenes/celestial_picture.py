@@ -6,7 +6,7 @@ import numpy as np
 
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.scenes.footprint import Footprint
-from kerrcaustics.scenes.points import drawn
+from kerrcaustics.scenes.points import draw_points
 from kerrcaustics.scenes.sky import UNSHIFTED, Sky, check_sky, light_of_sky
 from kerrcaustics.scenes.view import View
 from kerrcaustics.shapes import Float
@@ -59,5 +59,5 @@ def celestial_picture(sky: Sky, height: int, *, mirror: bool = False) -> Float[A
         turn, down = np.arctan2(y, x) % (2 * math.pi), polar_angle(points.direction)
         # Rows of a picture that looks outward: its columns may run to either side.
         whole = View(2 * height, height, 2 * math.pi, "equirectangular")
-        drawn(light, whole, np.stack([turn, down], axis=-1) / pixel - 0.5, points.flux)
+        draw_points(light, whole, np.stack([turn, down], axis=-1) / pixel - 0.5, points.flux)
     return light if mirror else light[:, ::-1]

@@ -14,22 +14,33 @@ from kerrcaustics.beams.kernels.programs import Number, Program
 from kerrcaustics.beams.kernels.tables import Table, table_row
 from kerrcaustics.spacetime.sphere import polar_basis
 
-# A part lies within bounds by its samples, and so much more.
+# Factor between the bounds of a part and those of its samples.
 _SLACK = 1.3
-# A map bends where its determinant varies by more than this factor; cells where it does, and those that it folds, have
-# at least so many parts; none has more than this because it is long.
-_BENT, _PARTS_OF_BENT, _PARTS_OF_FOLDED, _LONGEST = 3.0, 16.0, 64.0, 16.0
-# A search ends with a step that is shorter than this (cells), with those that lead so far from the middle that it will
-# not come back, and with so many; none is longer than the next of these. It has found an image if its last one was
-# shorter than the last.
-_LAST, _LOST, _STEPS, _LONGEST_STEP, _SOLVED = 1e-4, 1.0, 20, 0.5, 1e-3
+# Ratio of the largest to the smallest determinant above which the map of a cell is bent.
+_BENT = 3.0
+# Smallest number of parts of a bent cell.
+_PARTS_OF_BENT = 16.0
+# Smallest number of parts of a cell that the map folds.
+_PARTS_OF_FOLDED = 64.0
+# Largest number of parts of a cell that is only long.
+_LONGEST = 16.0
+# Length (cells) of a Newton step below which a search ends.
+_LAST = 1e-4
+# Distance (cells) from the middle of a cell beyond which a search is given up: it rarely returns.
+_LOST = 1.0
+# Largest number of Newton steps.
+_STEPS = 20
+# Length (cells) to which Newton steps are cut.
+_LONGEST_STEP = 0.5
+# Length (cells) of the last Newton step below which a search has converged.
+_SOLVED = 1e-3
 
 
 class CellTables(NamedTuple):
     """Tables of the maps of cells.
 
-    A row has the coefficients (12, 3) of n', of x^i y^j: i = 0 to 3, for j = 0 and 1; and i = 0, 1 for j = 2, 3.
-    rates: the same of their change over an exposure; one row of zeros where nothing moves.
+    maps: (cells, 36) coefficients (12, 3) of n' by x^i y^j: i = 0 to 3 for j = 0 and 1, then i = 0 and 1 for j = 2, 3.
+    rates: (cells, 36) their change over an exposure. One row of zeros if nothing moves.
     """
 
     maps: Any
@@ -37,7 +48,12 @@ class CellTables(NamedTuple):
 
 
 class CellSteps(NamedTuple):
-    """A search on its way: number of steps, place, and length of the last step (cells)."""
+    """State of a search for a star.
+
+    number: number of steps.
+    x, y: place in the cell, from 0 to 1.
+    length: length of the last step, cells.
+    """
 
     number: Any
     x: Any
@@ -68,7 +84,7 @@ def _size(vector: Any) -> Any:
 
 
 def division(maps: Any, cell: Any) -> Any:
-    """Into how many parts (2,) a cell is to be divided along x and y: on the sky, they are about as long as wide."""
+    """Numbers (2,) of parts of a cell along x and y, not rounded; parts are about as long as wide on the sky."""
     c = _rows(maps, cell)
     areas, lengths = [], jnp.zeros(2)
     for x, y in [(i / 2, j / 2) for j in range(3) for i in range(3)]:
@@ -85,23 +101,23 @@ def division(maps: Any, cell: Any) -> Any:
 
 
 def bounds(cells: CellTables, cell: Any, x: Any, y: Any, half_x: Any, half_y: Any) -> Any:
-    """The row (11,) of a part: cell, middle x, y, and where it lies on the sphere.
+    """Row (11,) of a part: cell, middle x, y, and its bounds on the sphere.
 
-    That is within a disc, n' (3,) and its radius, and in a strip across a tangent (3,), with half its width. half_x,
-    half_y: half of its sides.
+    The bounds are a disc, by its centre n' (3,) and its radius, and a strip, by its normal (3,) and half its width.
+    half_x, half_y: half of the part's sides.
     """
     c, rates = _rows(cells.maps, cell), _rows(cells.rates, cell)
     middle = _value(c, x, y)
     steps = [(i, j) for j in (-1, 0, 1) for i in (-1, 0, 1) if (i, j) != (0, 0)]
-    away = [_value(c, x + i * half_x, y + j * half_y) - middle for i, j in steps]
-    far, radius = away[0], _size(away[0])
-    for one in away[1:]:
-        size = _size(one)
-        far, radius = jnp.where(size > radius, one, far), jnp.maximum(size, radius)
-    side = jnp.cross(middle, far)
+    offsets = [_value(c, x + i * half_x, y + j * half_y) - middle for i, j in steps]
+    farthest, radius = offsets[0], _size(offsets[0])
+    for offset in offsets[1:]:
+        size = _size(offset)
+        farthest, radius = jnp.where(size > radius, offset, farthest), jnp.maximum(size, radius)
+    side = jnp.cross(middle, farthest)
     side = side / jnp.maximum(_size(side), 1e-300)
-    # Of a part that is short, but bent, samples do not tell the width.
-    width = reduce(jnp.maximum, [jnp.abs((one * side).sum()) for one in away])
+    # Samples underestimate the width of a short, bent part: the square of the radius is added to it.
+    width = reduce(jnp.maximum, [jnp.abs((offset * side).sum()) for offset in offsets])
     drift = _size(_value(rates, x, y)) / 2
     radius, width = radius + drift, width + drift
     width = _SLACK * (width + (_SLACK - 1) * radius * radius)
@@ -115,36 +131,45 @@ def is_near(parts: Any, stars: Any, part: Any, star: Any) -> Any:
 
 
 def image(over: Any, cells: CellTables, parts: Any, stars: Any, part: Any, star: Any) -> tuple[Any, Any, Any, Any]:
-    """True if the search for a star from the middle of a part ends at an image in the cell, or so far `over` its sides.
+    """The image of a star in a cell, by Newton's method from the middle of a part.
 
-    Besides its place (2,) in the cell, steps (2, 3) of n' along the cell's sides, and true if their cross product is
-    along n'. stars: a table of n', and of moments of the exposure, from -1/2 to 1/2.
+    Parameters
+    ----------
+    over : length by which an image may lie beyond the cell's sides, cells
+    cells, parts : tables of the cells, and of their parts by `bounds`
+    stars : table of n' (3,) and of moments of the exposure, from -1/2 to 1/2
+    part, star : numbers of rows
+
+    Returns
+    -------
+    True if the search converged at an image; its place (2,) in the cell; steps (2, 3) of n' along the cell's sides;
+    True if their cross product is along n'
     """
     cell, x, y = table_row(parts, jnp.floor(part))[:3]
     row = table_row(stars, jnp.floor(star))
     across = jnp.stack(polar_basis(row[:3], jnp))
-    # Both are zero where n' is the star's direction.
+    # Both components of the miss are zero where n' is the star's direction.
     miss = (_rows(cells.maps, cell) + row[3] * _rows(cells.rates, cell)) @ across.T
 
-    def turn(now: CellSteps) -> CellSteps:
-        (u, v), ((a, c), (b, d)) = _value(miss, now.x, now.y), _slopes(miss, now.x, now.y)
+    def newton_step(state: CellSteps) -> CellSteps:
+        (u, v), ((a, c), (b, d)) = _value(miss, state.x, state.y), _slopes(miss, state.x, state.y)
         det = a * d - b * c
         det = jnp.where(jnp.abs(det) > 1e-300, det, 1e-300)
         x, y = (b * v - d * u) / det, (c * u - a * v) / det
         length = jnp.sqrt(x * x + y * y)
         part = jnp.minimum(1.0, _LONGEST_STEP / jnp.maximum(length, 1e-300))
-        return CellSteps(now.number + 1, now.x + part * x, now.y + part * y, length)
+        return CellSteps(state.number + 1, state.x + part * x, state.y + part * y, length)
 
-    def away(now: CellSteps) -> Any:
-        return jnp.maximum(jnp.abs(now.x - 0.5), jnp.abs(now.y - 0.5))
+    def distance(state: CellSteps) -> Any:
+        return jnp.maximum(jnp.abs(state.x - 0.5), jnp.abs(state.y - 0.5))
 
-    def goes_on(now: CellSteps) -> Any:
-        return (now.number < _STEPS) & (now.length > _LAST) & (away(now) < _LOST)
+    def is_running(state: CellSteps) -> Any:
+        return (state.number < _STEPS) & (state.length > _LAST) & (distance(state) < _LOST)
 
-    last = jax.lax.while_loop(goes_on, turn, CellSteps(0 * x, x, y, 0 * x + jnp.inf))
-    found = (away(last) <= 0.5 + over) & (last.length < _SOLVED)
+    last = jax.lax.while_loop(is_running, newton_step, CellSteps(0 * x, x, y, 0 * x + jnp.inf))
+    is_found = (distance(last) <= 0.5 + over) & (last.length < _SOLVED)
     (a, c), (b, d) = slopes = _slopes(miss, last.x, last.y)
-    return found, jnp.stack([last.x, last.y]), jnp.stack(slopes) @ across, a * d > b * c
+    return is_found, jnp.stack([last.x, last.y]), jnp.stack(slopes) @ across, a * d > b * c
 
 
 def programs() -> dict[str, Program]:

@@ -1,6 +1,6 @@
 """All images of stars in cells of a map (sky_cells.py): its inverse, by Newton's method for all of them at once.
 
-Cells are divided into parts, about as long as wide where they lie on the sky, and finer where the map bends. A search
+Cells are divided into parts, about as long as wide on the sky, and finer where the map bends. A search
 starts in each part that a star may lie in.
 """
 
@@ -21,11 +21,11 @@ from kerrcaustics.shapes import Bool, Float, Int
 
 Array = np.ndarray
 
-# Parts and searches that are worked on together: they fit in a core's cache.
+# Number of searches that a core works on together: they fit in its cache.
 _TOGETHER = 1 << 14
-# No image is brighter than one so far from its critical curve (pixels of the picture).
 NEAREST = 0.05
-# Cells reach so far into their neighbours, in units of their size: no image is lost where they meet.
+"""Distance from a critical curve below which the brightness of images stays constant, pixels of the picture."""
+# Margin of the search in neighbouring cells, cells: no image is lost where they meet.
 _OVER = 1e-3
 
 
@@ -33,7 +33,7 @@ class CellSearch:
     """The search for images in some cells, prepared once for all stars."""
 
     def __init__(self, cells: SkyCells, nearest: float = NEAREST, over: float = _OVER) -> None:
-        """cells: those that are searched, so far into their neighbours; nearest: in their pixels."""
+        """cells: cells to search; nearest: as `NEAREST`, in their pixels; over: margin in neighbouring cells, cells."""
         self.cells, self._nearest, self._over = cells, nearest, over
         rates = _polynomials(cells.rates) if cells.moving else np.zeros((1, 36))
         self._maps = _polynomials(cells.data), rates
@@ -48,23 +48,24 @@ class CellSearch:
     ) -> Imaged:
         """All images in the cells, of each star at a moment of the exposure, from -1/2 to 1/2.
 
-        least (n,): the least solid angle that pixels see in cells, if those are left out where images have faded away.
+        least: (n,) smallest solid angles that pixels see in the cells; cells are left out where all images have faded.
         """
         stars = np.column_stack([lights.direction, moment])
-        found = pool.map(lambda near: self._found(stars, *near), self._near_stars(lights, least))
-        cell, star, at, steps, positive = (np.concatenate(column) for column in zip(_NO_IMAGE, *found, strict=True))
+        columns = pool.map(lambda near: self._images_in_parts(stars, *near), self._near_stars(lights, least))
+        cell, star, at, steps, positive = (np.concatenate(column) for column in zip(_NO_IMAGE, *columns, strict=True))
         size = self.cells.size[cell, None]
         place = np.stack([self.cells.x[cell], self.cells.y[cell]], axis=-1) + at * size - 0.5
-        one = distinct(star, place, positive)
-        return self._imaged(cell[one], star[one], at[one], place[one], steps[one] / size[one, None], positive[one])
+        kept = distinct(star, place, positive)
+        own_steps = steps[kept] / size[kept, None]
+        return self._imaged(cell[kept], star[kept], at[kept], place[kept], own_steps, positive[kept])
 
     def _near_stars(
         self, lights: PointLights, least: Float[Array, " n"] | None
     ) -> Iterator[tuple[StarBins, Int[Array, " m"], Int[Array, " m"], Int[Array, " m"]]]:
-        """Bins, and runs (m,) of stars in them that may lie in parts; some thousand stars at a time."""
+        """Bins, and runs (m,) of stars in them that may lie in parts, some thousand stars at a time."""
         ends = [last_seen(limit) for limit, _ in lights.bins]
-        seen = np.zeros(len(self.cells.x)) if least is None else least
-        kind = np.searchsorted(ends, seen, side="right")[self._parts[:, 0].astype(int)]
+        angles = np.zeros(len(self.cells.x)) if least is None else least
+        kind = np.searchsorted(ends, angles, side="right")[self._parts[:, 0].astype(int)]
         for number, (_, bins) in enumerate(lights.bins):
             part = np.flatnonzero(kind == number)
             runs = bins.runs(self._parts[part, 3:6], self._parts[part, 6], part)
@@ -72,7 +73,7 @@ class CellSearch:
             for piece in zip(*(np.split(column, pieces) for column in runs), strict=True):
                 yield bins, *piece
 
-    def _found(
+    def _images_in_parts(
         self,
         stars: Float[Array, "s 4"],
         bins: StarBins,
@@ -80,9 +81,10 @@ class CellSearch:
         first: Int[Array, " n"],
         count: Int[Array, " n"],
     ) -> tuple[Int[Array, " m"], Int[Array, " m"], Float[Array, "m 2"], Float[Array, "m 2 3"], Bool[Array, " m"]]:
-        """Where searches from some parts end at images: cells, stars, places in the cells, steps for their sides.
+        """Images of stars by searches from some parts.
 
-        And true for what is not mirrored.
+        Returns their cells, their stars, places in the cells, steps of n' for the sides of the cells, and True for
+        images that are not mirrored.
         """
         run, number = item_numbers(count)
         part, star = part[run], bins.star[first[run] + number]
@@ -90,8 +92,8 @@ class CellSearch:
         part, star = part[near], star[near]
         tables = *self._maps, self._parts, stars
         is_found, at, steps, positive = kernel("star_image").on_rays([self._over], (part, star), tables=tables)
-        found = np.flatnonzero(is_found)
-        return self._parts[part[found], 0].astype(int), star[found], at[found], steps[found], positive[found]
+        hits = np.flatnonzero(is_found)
+        return self._parts[part[hits], 0].astype(int), star[hits], at[hits], steps[hits], positive[hits]
 
     def _imaged(
         self,
@@ -102,7 +104,7 @@ class CellSearch:
         steps: Float[Array, "m 2 3"],
         positive: Bool[Array, " m"],
     ) -> Imaged:
-        """Images at places in cells, and of the picture."""
+        """Images at places `at` in cells, which are places of the picture."""
         curving, rate = self.cells.curving[cell], np.zeros((len(cell), 3, 3))
         if self.cells.moving:
             where, size = weights_at(*at.T), self.cells.size[cell]
@@ -112,11 +114,11 @@ class CellSearch:
 
 
 def areas(steps: Float[Array, "m 2 3"], curving: Float[Array, "m 3 3"], nearest: float) -> Float[Array, " m"]:
-    """Solid angles (m,) that pixels see, not less than so many pixels from their critical curve; as in `Imaged`."""
+    """Solid angles (m,) that pixels see, constant within `nearest` pixels of a critical curve; as in `Imaged`."""
     first, second = steps[:, 0], steps[:, 1]
     area = np.cross(first, second)
     size = np.sqrt((area**2).sum(axis=-1))
-    # The direction in which the pixel is thin, and how fast it opens away from the critical curve.
+    # The pixel is thin across its major axis, and widens away from the critical curve by its bend.
     major, along = major_axis(first, second)
     middle = area / np.maximum(size, 1e-300)[:, None]
     return np.maximum(size, major * nearest * math.sqrt(8) * bend(curving, np.cross(middle, along)))
@@ -133,12 +135,12 @@ def _polynomials(data: Float[Array, "n 12 3"]) -> Float[Array, "n 36"]:
 
 
 def _parts(maps: Float[Array, "n 36"], rates: Float[Array, "_r 36"]) -> Float[Array, "m 11"]:
-    """All parts of some cells, as in the formula `bounds`."""
+    """All parts of some cells, rows as by the formula `bounds`."""
     if not len(maps):
         return np.zeros((0, 11))
     cells = np.arange(len(maps))
-    wanted = kernel("cell_division").on_rays((), [cells], tables=[maps])
-    columns, rows = 2 ** np.round(np.log2(np.maximum(wanted, 1))).astype(int).T
+    counts = kernel("cell_division").on_rays((), [cells], tables=[maps])
+    columns, rows = 2 ** np.round(np.log2(np.maximum(counts, 1))).astype(int).T
     count = columns * rows
     cell, number = item_numbers(count)
     width, height = 1 / columns[cell], 1 / rows[cell]

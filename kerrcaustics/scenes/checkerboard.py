@@ -17,13 +17,13 @@ Array = np.ndarray
 
 # From the north pole to the south pole; distinct for colour-blind readers (after Okabe and Ito).
 COLOURS = ("#B04000", "#E8821E", "#F5D547", "#A8DDB5", "#56B4E9", "#0072B2", "#3B2F80")
-# Once round: the last one is next to the first.
+# Once round: the last colour is next to the first.
 HUES = ("#D04A3A", "#E8A13A", "#B9C94A", "#3FA96B", "#3F9FC4", "#4A62C4", "#8A55B8", "#C8559A")
 GAP_COLOUR = "#F4F4F0"
 Along = Literal["latitude", "longitude"]
-# Every second swatch is so much darker.
+# Factor of every second swatch.
 DARKER = 0.5
-# Rows or columns.
+# Largest number of rows or columns.
 _MOST = 720
 # The smallest size (radians) over which it is averaged.
 _FINEST = 1e-6
@@ -75,7 +75,7 @@ class Checkerboard(Sky):
     Notes
     -----
     Averages are exact for a box in theta' and phi': the pattern is a sum of products of a function of theta' and one of
-    phi', whose integrals are piecewise linear. Near the poles the box goes all round, so nothing pinches there.
+    phi', whose integrals are piecewise linear. Near the poles the box covers all azimuths.
 
     Examples
     --------

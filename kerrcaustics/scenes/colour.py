@@ -64,7 +64,7 @@ class MeasuredResponse:
             shape = self.sensitivities.shape
             raise ValueError(f"Argument `sensitivities` must have shape ({count}, 3), but has {shape}.")
         check_light("sensitivities", self.sensitivities)
-        if not self.on(_WAVELENGTHS).sum(axis=1).all():
+        if not self.interpolated(_WAVELENGTHS).sum(axis=1).all():
             first, last = _WAVELENGTHS[[0, -1]]
             raise ValueError(f"Argument `sensitivities` must be above 0 somewhere in {first:g} to {last:g} nm in each.")
 
@@ -86,7 +86,7 @@ class MeasuredResponse:
             raise ValueError("Argument `path` must name a file with four numbers in each line.") from None
         return cls(table[:, 0], table[:, 1:])
 
-    def on(self, wavelengths: Float[Array, " m"]) -> Float[Array, "3 m"]:
+    def interpolated(self, wavelengths: Float[Array, " m"]) -> Float[Array, "3 m"]:
         """Sensitivities (3, m) at wavelengths."""
         curves = self.sensitivities.T
         return np.stack([np.interp(wavelengths, self.wavelengths, curve, 0.0, 0.0) for curve in curves])
@@ -100,9 +100,19 @@ DAYLIGHT = 6504.0
 
 # Second radiation constant, nm K.
 _HC_OVER_K = 1.438776877e7
-_COOLEST, _HOTTEST, _TEMPERATURES = 300.0, 1e6, 600
-# Wavelengths (nm) of tables, and the distance in ln g at which their shifted light is worked out.
-_SHORTEST, _LONGEST, _FINE = 1.0, 1e6, 0.002
+# Lowest temperature of the table of black bodies, kelvin.
+_COOLEST = 300.0
+# Highest temperature of this table, kelvin.
+_HOTTEST = 1e6
+# Number of its temperatures, at equal steps of the logarithm.
+_TEMPERATURES = 600
+# Shortest wavelength of a user's spectrum, nm.
+_SHORTEST = 1.0
+# Longest wavelength of a user's spectrum, nm.
+_LONGEST = 1e6
+# Step in ln g of the table of a shifted spectrum.
+_FINE = 0.002
+# Wavelengths at which spectra are integrated, nm.
 _WAVELENGTHS = np.arange(360.0, 831.0, 2.0)
 # Lobes (height, centre, width below, width above; nm) of the colour-matching functions x, y, z.
 _LOBES = (
@@ -112,7 +122,7 @@ _LOBES = (
 )
 # Sensitivities (centre, deviation; nm) of the layers of the model film that become red, green and blue.
 _LAYERS = ((640.0, 25.0), (545.0, 25.0), (445.0, 25.0))
-# Bytes of a file of curves.
+# Largest file of curves, bytes.
 _LONGEST_TABLE = 10_000_000
 # From XYZ to linear sRGB, IEC 61966-2-1.
 _TO_SRGB = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
@@ -132,14 +142,14 @@ def black_body(
     white : float
         Temperature (K) of the black body that looks white, and has luminance 1.
     response : str or MeasuredResponse
-        What turns a spectrum into three channels. "cie": the eye, by the CIE functions. "film": a colour film, whose
+        Response to a spectrum in three channels. "cie": the eye, by the CIE functions. "film": a colour film, whose
         layers see red, green and blue alone, and whose three dyes are shown as the channels of the screen. Measured
         curves are used likewise, in place of the model's.
 
     Returns
     -------
     (..., 3) array
-        Channels divided by those of the white black body. Those outside the range of a screen are cut at zero.
+        Channels divided by those of the white black body, cut at zero where they leave the range of a screen.
 
     Raises
     ------
@@ -149,7 +159,7 @@ def black_body(
     Errors
     ------
     The colour-matching functions are the analytic fit of the reference, about 1 % of the maximum. The film is a model
-    of this package, not one that is sold: Gaussians of deviation 25 nm about 640, 545 and 445 nm, linear in the light.
+    of this package, not a product: Gaussians of deviation 25 nm about 640, 545 and 445 nm, linear in the light.
 
     References
     ----------
@@ -207,9 +217,9 @@ def shifted_light(
     ----------
     redshift : (...,) array
     beaming : bool
-        Intensity times g^4, over all frequencies. Otherwise the luminance stays the same.
+        Intensity times g^4, over all frequencies. Otherwise the luminance is kept.
     colour_shift : bool
-        The spectrum moves by g: a black body of temperature T looks like one of g T.
+        The spectrum is shifted by g: a black body of temperature T looks like a black body of g T.
     temperature : float or (...,) array
         Temperature of the light's source; pictures and swatches count as lit by daylight.
     response : str
@@ -229,13 +239,13 @@ def shifted_light(
 
 
 def _factor(before: Float[Array, "*_ 3"], after: Float[Array, "*batch 3"], beaming: bool) -> Float[Array, "*batch 3"]:
-    """Factors of light whose channels were so before they were shifted; without beaming the luminance stays."""
+    """Factors of light from its channels before and after the shift; without beaming the luminance is kept."""
     factor = after / before
     if beaming:
         return factor
     bright = luminance(after)[..., None]
-    kept = factor * luminance(before)[..., None]
-    return np.divide(kept, bright, out=np.zeros_like(kept), where=bright > 0)
+    scaled = factor * luminance(before)[..., None]
+    return np.divide(scaled, bright, out=np.zeros_like(scaled), where=bright > 0)
 
 
 def shift_of(spectrum: ArrayLike | None) -> Shift:
@@ -289,7 +299,7 @@ def _power_law(exponent: Float[Array, "*_"], redshift: Reals) -> Float[Array, "*
 
 
 def _tabulated(grid: Float[Array, " n"], channels: Float[Array, "n 3"], redshift: Reals) -> Float[Array, "*batch 3"]:
-    """Channels of a table seen with frequency ratios: 0 where nothing of it is seen."""
+    """Channels of a table for frequency ratios; 0 for spectra shifted out of the visible range."""
     place = np.log(redshift)
     return np.stack([np.interp(place, grid, part, 0.0, 0.0) for part in channels.T], axis=-1)
 
@@ -302,7 +312,7 @@ def _shifted_table(
     grid = np.linspace(*ends, math.ceil((ends[1] - ends[0]) / _FINE) + 1)
     ratio = np.exp(grid)[:, None]
     spectrum = ratio**5 * np.interp(ratio * _WAVELENGTHS, wavelength, power, 0.0, 0.0)
-    # As those of black bodies, by which white light is.
+    # In units of the white black body, as other light.
     return grid, _channels(spectrum, "cie") / np.exp(_interpolated(np.asarray(DAYLIGHT), "cie"))
 
 
@@ -321,7 +331,7 @@ def seen_black_body(
 
 
 def from_srgb(colour: str, name: str = "colour") -> Float[Array, "3"]:
-    """Linear light (3,) of "#rrggbb"; name: that of the argument."""
+    """Linear light (3,) of "#rrggbb"; name: the name of the argument."""
     if not (isinstance(colour, str) and re.fullmatch("#[0-9a-fA-F]{6}", colour)):
         raise ValueError(f'Argument `{name}` must look like "#rrggbb", but is {quoted(colour)}.')
     return decoded(np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]))
@@ -334,7 +344,7 @@ def decoded(values: ArrayLike) -> Float[Array, "*shape"]:
 
 
 def encoded(light: ArrayLike) -> Float[Array, "*shape"]:
-    """sRGB values in [0, 1] of linear light; what is outside [0, 1] is cut."""
+    """sRGB values in [0, 1] of linear light, which is cut to [0, 1]."""
     light = np.clip(light, 0, 1)
     return np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
 
@@ -365,11 +375,11 @@ def _channels(spectrum: Float[Array, "n wavelengths"], response: ResponseLike) -
     """Linear channels (n, 3) of spectra per wavelength."""
     if response != "cie":
         model = [_lobe(1.0, centre, width, width) for centre, width in _LAYERS]
-        layers = response.on(_WAVELENGTHS) if isinstance(response, MeasuredResponse) else np.stack(model)
+        layers = response.interpolated(_WAVELENGTHS) if isinstance(response, MeasuredResponse) else np.stack(model)
         return spectrum @ layers.T
     matching = np.stack([sum(_lobe(*lobe) for lobe in lobes) for lobes in _LOBES])
     light = spectrum @ matching.T @ _TO_SRGB.T
-    # A red or blue outside what a screen shows keeps a trace, so that ratios of it stay finite.
+    # A channel outside the range of a screen keeps a small value, so that ratios stay finite.
     return np.maximum(light, 1e-3 * (light @ _LUMINANCE)[:, None])
 
 

@@ -9,9 +9,12 @@ from kerrcaustics.beams.kernels.tables import Table, table_row
 
 
 class Colours(NamedTuple):
-    """Colours by temperature: the first and the last logarithm of one, and steps; a table of logarithms (3,) of light.
+    """Colours of black bodies by temperature.
 
-    white: what these are for light of 1.
+    first, last: logarithms of the lowest and the highest temperature, kelvin.
+    steps: number of equal steps between them.
+    white: (3,) logarithms of the light that becomes 1.
+    table: (steps + 1, 3) logarithms of light.
     """
 
     first: Any
@@ -22,7 +25,7 @@ class Colours(NamedTuple):
 
 
 def black_body_light(colours: Colours, kelvin: Any) -> Any:
-    """Light (3,) of a black body, whose logarithm is linear between temperatures of the table; NaN for NaN."""
+    """Light (3,) of a black body; its logarithm is linear between temperatures of the table; NaN for NaN."""
     place = (jnp.log(kelvin) - colours.first) / (colours.last - colours.first)
     place = jnp.minimum(jnp.maximum(place, 0.0), 1.0) * colours.steps
     number = jnp.minimum(jnp.floor(place), colours.steps - 1)
@@ -31,7 +34,7 @@ def black_body_light(colours: Colours, kelvin: Any) -> Any:
     return jnp.where(jnp.isnan(kelvin), jnp.nan, light)
 
 
-# They stand where functions have numbers.
+# Kinds of numbers in the signatures of kernels.
 _ONE: Any = Number.OF_CALL
 _EACH: Any = Number.OF_RAY
 

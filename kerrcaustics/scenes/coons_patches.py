@@ -18,10 +18,13 @@ CORNERS = ((0, 0), (1, 0), (0, 1), (1, 1))
 
 
 class Weights(NamedTuple):
-    """Weights of values and derivatives at the corners at places (m,) of a cell, for the map and its derivatives.
+    """Weights of the data at the corners, for the map and its derivatives at m places of a cell.
 
-    value, along_x, along_y (12, m): the four values, the four derivatives along x, and along y, times the cell's size;
-    the last two are derivatives in units of that size. mean, mean_x, mean_y (4, m): the same of the bilinear map.
+    The data are four values, four derivatives along x, and four along y, times the cell's size.
+
+    value: (12, m) weights of the value.
+    along_x, along_y: (12, m) weights of the derivatives along x and y, in units of the cell.
+    mean, mean_x, mean_y: (4, m) the same of the bilinear map of the values.
     """
 
     value: Array
@@ -61,12 +64,12 @@ def weights_at(x: Array, y: Array) -> Weights:
 
 
 def _linear(s: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Linear functions that are 1 at one end, and their derivatives."""
+    """Linear functions with the value 1 at either end, and their derivatives."""
     return (1 - s, s), (-np.ones_like(s), np.ones_like(s))
 
 
 def _cubic(s: Array) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
-    """Cubics with the value 1 at one end, then those with the derivative 1 at one end; and their derivatives."""
+    """Cubics with the value 1 at either end, then with the derivative 1 at either end, and their derivatives."""
     values = (1 - (3 - 2 * s) * s * s, (3 - 2 * s) * s * s, s * (1 - s) ** 2, s * s * (s - 1))
     slopes = (6 * s * (s - 1), 6 * s * (1 - s), (1 - s) * (1 - 3 * s), s * (3 * s - 2))
     return values, slopes
@@ -82,12 +85,12 @@ def doubt(data: Float[Array, "cells 12 parts"]) -> Float[Array, "cells parts"]:
 
 
 def doubts(data: Float[Array, "cells 12 parts"]) -> tuple[Float[Array, "cells parts"], Float[Array, "cells parts"]]:
-    """The middle by either diagonal, less that by the edges."""
+    """Differences of the middle by either diagonal from the middle by the edges."""
     value, x, y = data[:, :4], data[:, 4:8], data[:, 8:]
     middle = np.tensordot(data, weights(0.5, 0.5, 0.0, 1).value[:, 0], ((1,), (0,)))
 
-    def by(first: int, second: int, sign: int) -> Array:
+    def difference(first: int, second: int, sign: int) -> Array:
         change = sign * (x[:, first] - x[:, second]) + y[:, first] - y[:, second]
         return (value[:, first] + value[:, second]) / 2 + change / 8 - middle
 
-    return by(0, 3, 1), by(1, 2, -1)
+    return difference(0, 3, 1), difference(1, 2, -1)

@@ -17,7 +17,12 @@ _Local = tuple[Any, Any, Any]
 
 
 class PixelGrid(NamedTuple):
-    """Pixels of a view: its axes forward, right, up, each (3,); the step between pixels; the place of its middle."""
+    """Pixels of a view.
+
+    axes: the axes forward, right and up, each (3,).
+    step: step between pixels: radians, for a pinhole their tangent.
+    middle: (2,) place of the middle of the picture, pixels.
+    """
 
     axes: Any
     step: Any
@@ -25,7 +30,12 @@ class PixelGrid(NamedTuple):
 
 
 class EdgeGrid(NamedTuple):
-    """An edge chart: pixels round the hole, and in an e-folding; e-foldings at its border."""
+    """Pixels of an edge chart.
+
+    round: number of pixels round the hole.
+    fine: number of pixels in an e-folding of the distance to the shadow edge.
+    first: e-foldings at the border to the other chart.
+    """
 
     round: Any
     fine: Any
@@ -33,7 +43,7 @@ class EdgeGrid(NamedTuple):
 
 
 def pinhole(across: Any, above: Any) -> _Local:
-    """Directions in (forward, right, up), and their derivatives along right and up, at tangents of angles."""
+    """Directions (3,) along forward, right and up, and their derivatives along right and up, at tangents of angles."""
     length = jnp.sqrt(1 + across * across + above * above)
     n = jnp.stack([1 / length, across / length, above / length])
     to_right = (jnp.array([0.0, 1.0, 0.0]) - n * n[1]) / length
@@ -41,13 +51,13 @@ def pinhole(across: Any, above: Any) -> _Local:
 
 
 def fisheye(across: Any, above: Any) -> _Local:
-    """The same at angles from the centre: N = cos(rho) forward + sin(rho)/rho (across, above)."""
+    """Directions as by `pinhole` at angles from the centre: N = cos(rho) forward + sin(rho)/rho (across, above)."""
     square = across * across + above * above
-    near = square < 1e-4
-    rho, cos = jnp.sqrt(jnp.where(near, 1.0, square)), jnp.cos(jnp.sqrt(square))
-    # Series where quotients would cancel, or be no numbers.
-    sinc = jnp.where(near, 1 - square / 6 + square * square / 120, jnp.sin(rho) / rho)
-    slope = jnp.where(near, -1 / 3 + square / 30, (cos - sinc) / (rho * rho))
+    is_near_centre = square < 1e-4
+    rho, cos = jnp.sqrt(jnp.where(is_near_centre, 1.0, square)), jnp.cos(jnp.sqrt(square))
+    # A series near the centre, where the quotients lose digits or are undefined.
+    sinc = jnp.where(is_near_centre, 1 - square / 6 + square * square / 120, jnp.sin(rho) / rho)
+    slope = jnp.where(is_near_centre, -1 / 3 + square / 30, (cos - sinc) / (rho * rho))
     mixed = slope * across * above
     n = jnp.stack([cos, sinc * across, sinc * above])
     to_right = jnp.stack([-sinc * across, sinc + slope * across * across, mixed])
@@ -55,7 +65,7 @@ def fisheye(across: Any, above: Any) -> _Local:
 
 
 def equirectangular(across: Any, above: Any) -> _Local:
-    """The same at longitude and latitude."""
+    """Directions as by `pinhole` at longitude and latitude."""
     c, s, cos, sin = jnp.cos(above), jnp.sin(above), jnp.cos(across), jnp.sin(across)
     return (
         jnp.stack([c * cos, c * sin, s]),
@@ -73,7 +83,10 @@ def view_direction(projection: Callable[[Any, Any], _Local], pixels: PixelGrid, 
 
 
 def beside_edge(frame: Frame, edge: EdgeGrid, x: Any, y: Any, size: Any, slope: Any) -> tuple[Any, Any]:
-    """The same of a place of an edge chart; size, slope: distance of the shadow edge there, by the angle round it."""
+    """The direction of a place of an edge chart, and its steps.
+
+    size, slope: angular radius of the shadow at this angle round the hole, and its derivative.
+    """
     per_column = 2 * math.pi / edge.round
     angle, part = (x + 0.5) * per_column, jnp.exp(-edge.first - (y + 0.5) / edge.fine)
     beyond = (math.pi - size) * part
@@ -87,12 +100,12 @@ def beside_edge(frame: Frame, edge: EdgeGrid, x: Any, y: Any, size: Any, slope: 
 
 
 def aberrated(frame: Frame, line_of_sight: Any, steps: Any) -> tuple[Any, Any]:
-    """The same for a camera where the fiducial observer looks in a direction (r, theta, phi) with steps (3, 2)."""
+    """The direction for a camera where the fiducial observer has (r, theta, phi), and its steps (3, 2) from theirs."""
     basis = jnp.stack([jnp.stack(row) for row in frame.basis])
     along, change = -(basis @ jnp.stack(line_of_sight)), -(basis @ steps)
     boost, aberration = doppler(frame, (along[0], along[1], along[2]))
     shrink = -jnp.sqrt(frame.slowness)
-    # N is a fraction, whose denominator is the boost.
+    # The boost is the denominator of N.
     n = jnp.stack([shrink * along[0], aberration, shrink * along[2]]) / boost
     over = jnp.stack([shrink * change[0], -change[1], shrink * change[2]])
     steps = (over + n[:, None] * (frame.speed * change[1])) / boost
@@ -104,13 +117,13 @@ def programs() -> dict[str, Program]:
     one: Any = Number.OF_CALL
     each: Any = Number.OF_RAY
     pixels, edge = PixelGrid(((one,) * 3,) * 3, one, (one, one)), EdgeGrid(one, one, one)
-    made = {
+    kernels = {
         f"view_{projection.__name__}": Program(partial(view_direction, projection), (pixels, each, each))
         for projection in (pinhole, fisheye, equirectangular)
     }
-    made["beside_edge"] = Program(beside_edge, (FRAME, edge, each, each, each, each))
-    made["aberrated"] = Program(
+    kernels["beside_edge"] = Program(beside_edge, (FRAME, edge, each, each, each, each))
+    kernels["aberrated"] = Program(
         lambda frame, line, *steps: aberrated(frame, line, jnp.stack(steps).reshape(3, 2)),
         (FRAME, (each,) * 3, *(each,) * 6),
     )
-    return made
+    return kernels

@@ -12,7 +12,7 @@ from kerrcaustics.shapes import Float32
 Array = np.ndarray
 
 EXR = ".exr"
-# Names in a message, of channels of files that have hundreds of them.
+# Largest number of channels that a message names.
 _MOST_NAMED = 12
 
 
@@ -62,7 +62,7 @@ def exr_rows(
 
 
 def _light_of(names: set[str]) -> tuple[str, ...]:
-    """The channels of one part that are light; none where that is not known."""
+    """The channels of a part that are light; empty if they are not known."""
     if {"R", "G", "B"} <= names:
         return "R", "G", "B"
     return ("Y",) if "Y" in names and not {"RY", "BY"} & names else ()

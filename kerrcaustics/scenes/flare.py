@@ -15,10 +15,11 @@ from kerrcaustics.spacetime.checks import flags, numbers, whole_number
 Array = np.ndarray
 
 
-# A halo goes on for so many times its width.
+# Default radius of a halo, in units of its width.
 _REACH = 20
+# Largest side of a point spread function, pixels.
 _LARGEST = 8192
-# Lengths of Fourier transforms are multiples of it.
+# Divisor of the lengths of Fourier transforms.
 _FACTOR = 64
 
 
@@ -31,7 +32,7 @@ def with_glare(
     Parameters
     ----------
     light : (h, w, 3) array
-        Linear light, as in `Rendering.light`: before `tone_mapped`, which has no place for what is brighter than white.
+        Linear light, as in `Rendering.light`: before `tone_mapped`, which clips light brighter than white.
     spread : (p, q) or (p, q, 3) array, or path of a file
         The point spread function, for all channels or for each of them, any unit: it is divided by its sum. Its pixels
         are those of the picture, and pixel p // 2, q // 2 stands for the point itself. `glare_kernel` makes one.
@@ -52,8 +53,8 @@ def with_glare(
 
     Errors
     ------
-    The light of each channel is kept to 1e-12 of it, that of the frame included: what leaves the picture is lost, and
-    does not come back at the opposite edge. A pixel is good to about 1e-15 of the brightest one.
+    The light of each channel is kept to 1e-12 of it, that of the frame included: light that leaves the picture is lost,
+    and does not reappear at the opposite edge. A pixel is good to about 1e-15 of the brightest one.
 
     References
     ----------
@@ -72,18 +73,18 @@ def with_glare(
     flags(framed=framed)
     if picture.ndim != 3 or picture.shape[2] != 3:
         raise ValueError(f"Argument `light` must have shape (h, w, 3), but has {picture.shape}.")
-    shape = _point(spread)
+    shape = _normalised_spread(spread)
     middle = shape.shape[0] // 2, shape.shape[1] // 2
     if not framed:
-        shape, middle = _within(shape, middle, picture.shape[:2])
-    channels = [_spread(picture[..., i], shape[..., i % shape.shape[2]]) for i in range(3)]
-    # Round-off leaves dark pixels a little below zero, of which a tone curve would make anything.
+        shape, middle = _cropped(shape, middle, picture.shape[:2])
+    channels = [_convolved(picture[..., i], shape[..., i % shape.shape[2]]) for i in range(3)]
+    # Round-off leaves dark pixels slightly negative, which tone curves do not accept.
     whole = np.maximum(np.stack(channels, axis=-1), 0)
     rows, columns = (slice(start, start + size) for start, size in zip(middle, picture.shape[:2], strict=True))
     return whole if framed else whole[rows, columns]
 
 
-def _spread(light: Float[Array, "h w"], shape: Float[Array, "m n"]) -> Float[Array, "h+m-1 w+n-1"]:
+def _convolved(light: Float[Array, "h w"], shape: Float[Array, "m n"]) -> Float[Array, "h+m-1 w+n-1"]:
     """The sum of shapes at all pixels, times their light, by Fourier transforms."""
     whole = [a + b - 1 for a, b in zip(light.shape, shape.shape, strict=True)]
     # Transforms are slow where a length has a large prime factor.
@@ -124,7 +125,7 @@ def glare_kernel(share: float, width: float, falloff: float = 3.0, reach: int | 
     most = (_LARGEST - 1) // 2
     reach = whole_number("reach", math.ceil(min(_REACH * width, most)) if reach is None else reach, 0, most)
     square = (np.arange(-reach, reach + 1) / width) ** 2
-    # One pixel beyond the end the halo is zero, so that no edge of it is seen.
+    # The halo falls to zero one pixel beyond its end, without a visible edge.
     end = (1 + ((reach + 1) / width) ** 2) ** (-falloff / 2)
     kernel = np.maximum((1 + square[:, None] + square) ** (-falloff / 2) - end, 0)
     kernel *= share / kernel.sum()
@@ -132,7 +133,7 @@ def glare_kernel(share: float, width: float, falloff: float = 3.0, reach: int | 
     return kernel
 
 
-def _point(spread: ArrayLike | str | os.PathLike[str]) -> Float[Array, "p q channels"]:
+def _normalised_spread(spread: ArrayLike | str | os.PathLike[str]) -> Float[Array, "p q channels"]:
     """The point spread function of an argument `spread`, with 1 or 3 channels, the sum of each of them 1."""
     values = read_picture(spread) if isinstance(spread, str | os.PathLike) else spread
     shape = _numbers("spread", values)
@@ -153,10 +154,10 @@ def _numbers(name: str, value: ArrayLike) -> Float[Array, "*shape"]:
     return values
 
 
-def _within(
+def _cropped(
     shape: Float[Array, "p q channels"], middle: tuple[int, int], size: tuple[int, ...]
 ) -> tuple[Float[Array, "_p _q channels"], tuple[int, int]]:
-    """The part of a point spread function that leads from pixel to pixel of a picture, and its middle."""
+    """The part of a point spread function that reaches from a pixel of a picture to another, and its middle."""
     first = [max(place - (pixels - 1), 0) for place, pixels in zip(middle, size, strict=True)]
     last = [place + pixels for place, pixels in zip(middle, size, strict=True)]
     return shape[first[0] : last[0], first[1] : last[1]], (middle[0] - first[0], middle[1] - first[1])

@@ -1,4 +1,4 @@
-"""Footprints: what part of the celestial sphere the beam of a pixel covers, and how to average a sky over it."""
+"""Footprints: the parts of the celestial sphere that the beams of pixels cover, and averages over them."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,12 +16,12 @@ from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
 
 Array = np.ndarray
 
-# Radians above which the footprint of a pixel is cut: what lies so far from the beam is no linear image of it.
 LONGEST = 1.0
-# A pixel's own filter has this standard deviation along each side: that of a box and a tent, as in a picture's pixels.
+"""Axis at which footprints are cut, radians: the map of a beam is not linear that far."""
 DEVIATION = 0.5
-# Beyond this ratio of its axes a footprint is widened, for skies with detail.
+"""Standard deviation of a pixel's filter along each side, pixels: that of a box convolved with a tent."""
 ASPECT = 16.0
+"""Ratio of the axes above which footprints are widened, for skies with detail."""
 
 
 @result("footprint/1")
@@ -51,9 +51,9 @@ class Footprint(Shown):
         """The footprints of some of the pixels."""
         return Footprint(self.direction[which], self.matrix[which], self.bend[which], self.redshift[which])
 
-    def turned(self, angle: float) -> "Footprint":
+    def turned_by(self, angle: float) -> "Footprint":
         """The footprints turned about the spin axis: their ellipses, along e_theta' and e_phi', turn with them."""
-        return replace(self, direction=turned(self.direction, angle))
+        return replace(self, direction=rotated_about_axis(self.direction, angle))
 
     @cached_property
     def axes(self) -> tuple[Float[Array, " pixels"], Float[Array, " pixels"], Float[Array, " pixels"]]:
@@ -75,13 +75,13 @@ class Footprint(Shown):
 def widest_aspect(side: float) -> float:
     """The ratio of the axes beyond which footprints of parts of pixels with a side are widened.
 
-    Finer parts are not needed; footprints of whole pixels are left to the skies.
+    Footprints of whole pixels are not widened here, but by the skies.
     """
     return ASPECT * side if side < 1 else np.inf
 
 
-def turned(vectors: Float[Array, "*batch 3"], angle: ArrayLike) -> Float[Array, "*batch 3"]:
-    """Vectors (..., 3) turned about the spin axis by angles (...,), or one: toward larger phi'."""
+def rotated_about_axis(vectors: Float[Array, "*batch 3"], angle: ArrayLike) -> Float[Array, "*batch 3"]:
+    """Vectors (..., 3) turned about the spin axis toward larger phi' by angles (...,), or by one angle."""
     x, y, z = np.moveaxis(vectors, -1, 0)
     cos, sin = np.cos(angle), np.sin(angle)
     return np.stack([cos * x - sin * y, sin * x + cos * y, z], axis=-1)
@@ -92,7 +92,7 @@ def bend(curving: Float[Array, "n 3 3"], across: Float[Array, "n 3"]) -> Float[A
 
     A pixel on a critical curve has a minor axis of zero, but its neighbourhood is folded over a strip of the sky. With
     second derivatives H along the minor axis and a deviation of 1/2 pixel, the deviation of x H x / 2 is
-    |H| / (4 sqrt 2), which is that of a minor axis of |H| / sqrt 8.
+    |H| / (4 sqrt 2), as for a minor axis of |H| / sqrt 8.
     """
     xx, xy, yy = ((curving[:, k] * across).sum(axis=-1) for k in range(3))
     return np.sqrt((xx**2 + 2 * xy**2 + yy**2) / 8)
@@ -109,7 +109,7 @@ def singular_values(
 
 
 def _length(x: Float[Array, "*shape"], y: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
-    # Where nothing overflows, ten times as fast as hypot.
+    # Nothing overflows; this is ten times as fast as `hypot`.
     return np.sqrt(x * x + y * y)
 
 
@@ -164,7 +164,7 @@ def averaged(
     sky : str
         Name of a kernel of sky_formulas.py.
     numbers, tables : sequence
-        Those of the sky in its formula.
+        Numbers and tables of the sky, as in its formula.
     footprint : Footprint
     finest : float
         Size (radians) below which the sky has no detail.

@@ -15,8 +15,10 @@ from kerrcaustics.shapes import Float, Int
 
 Array = np.ndarray
 
-# Points along each side of what is seen, a power of two; functions are called for so many at most.
-_MOST_POINTS, _TOGETHER = 16, 1 << 18
+# Largest number of points along each side of a footprint, a power of two.
+_MOST_POINTS = 16
+# Largest number of points in a call of a user's function.
+_TOGETHER = 1 << 18
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +40,7 @@ class FunctionSky(Sky):
     Errors
     ------
     A pixel gets the mean over a Gaussian with the deviations of its footprint, by points no further apart than
-    `detail` along both axes, at most 16 along each: what is finer than a sixteenth of a footprint is seen as noise.
+    `detail` along both axes, at most 16 along each: features finer than a sixteenth of a footprint appear as noise.
 
     Examples
     --------
@@ -63,7 +65,7 @@ class FunctionSky(Sky):
         return light * shifted_light(footprint.redshift, beaming, colour_shift)
 
     def _mean(self, whole: Footprint, which: Int[Array, " m"], along: int, across: int) -> Float[Array, "m 3"]:
-        """Means over so many points of footprints, along both of their axes."""
+        """Means over along x across points of footprints, along both of their axes."""
         footprint = whole.part(which)
         major, minor, _ = footprint.axes
         first, normal = footprint.major_axis, footprint.direction
@@ -77,7 +79,10 @@ class FunctionSky(Sky):
 
 
 def means(extents: Float[Array, "n 2"], mean: Callable[[Array, int, int], Float[Array, "m 3"]]) -> Float[Array, "n 3"]:
-    """Light (n, 3) of parts with extents of so many details: the mean of chosen ones by so many points each way."""
+    """Light (n, 3) of parts with extents in units of the detail.
+
+    mean: function of numbers of parts, and of numbers of points along both sides, that returns their mean light.
+    """
     light, counts = np.empty((len(extents), 3)), 2 ** np.ceil(np.log2(np.clip(extents, 1, _MOST_POINTS))).astype(int)
     for first, second in np.unique(counts, axis=0).tolist():
         which = np.flatnonzero((counts == (first, second)).all(axis=1))

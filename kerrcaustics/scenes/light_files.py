@@ -1,6 +1,6 @@
 """Linear light in picture files, by rows: PNG and JPEG, whose values count as sRGB, and OpenEXR, which is linear.
 
-The size comes from the header, before any pixel is decoded; what cannot be read as it is meant raises ValueError.
+The size comes from the header, before any pixel is decoded. Files that cannot be read raise ValueError.
 """
 
 import errno
@@ -24,22 +24,28 @@ from kerrcaustics.spacetime.checks import quoted
 Array = np.ndarray
 
 ENDINGS = (".png", ".jpg", ".jpeg", EXR)
-# Bytes of a file, and pixels of a picture, as Pillow has them.
-_LARGEST, _MOST_PIXELS, _TOO_MANY = 4_000_000_000, 178_956_970, "it has too many pixels"
+# Largest file, bytes.
+_LARGEST = 4_000_000_000
+# Largest number of pixels of a picture: twice that at which Pillow warns.
+_MOST_PIXELS = 178_956_970
+_TOO_MANY = "it has too many pixels"
 # Pixels that are decoded together.
 _BLOCK = 1 << 20
-# Where the header of a PNG file has its bits a channel, and the tag of EXIF for turned pictures, with those turns
-# after which height and width have changed places.
-_DEPTH, _ORIENTATION, _LYING = 24, 0x0112, (5, 6, 7, 8)
+# Offset (bytes) of the bits per channel in a PNG file.
+_DEPTH = 24
+# EXIF tag of the turn of the camera.
+_ORIENTATION = 0x0112
+# Values of that tag for which height and width change places.
+_LYING = (5, 6, 7, 8)
 
 
 class LightRows(NamedTuple):
     """Some rows of a picture."""
 
     first: int
-    """Number of the first one."""
+    """Number of the first row."""
     light: Float32[Array, "n w channels"]
-    """Linear light that comes from the picture: of one channel if the file is grey, multiplied by alpha."""
+    """Linear light, multiplied by alpha; one channel if the file is grey."""
     alpha: Float32[Array, "n w"] | None
     """The part that is opaque; None if the file has no alpha."""
 
@@ -84,7 +90,7 @@ def rows_of(path: str | os.PathLike[str]) -> Iterator[LightRows]:
 
 
 def read_picture(path: str | os.PathLike[str]) -> Float32[Array, "h w 3"]:
-    """Linear light (h, w, 3) of a PNG, JPEG or OpenEXR file; what is transparent is dark."""
+    """Linear light (h, w, 3) of a PNG, JPEG or OpenEXR file; transparent parts are dark."""
     return read_picture_with_alpha(path)[0]
 
 
@@ -106,7 +112,7 @@ def read_picture_with_alpha(
 
 @contextmanager
 def _readable(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """The path of a file that is no device and not too large; what fails in the block becomes one ValueError."""
+    """The path of a file that is no device and not too large; errors in the block become one ValueError."""
     name = Path(path)
     if not name.name.lower().endswith(ENDINGS):
         raise ValueError(
@@ -153,7 +159,7 @@ def _refuse_deep(path: Path) -> None:
 
 
 def _upright(file: Any) -> Any:
-    """The picture, turned as the camera that took it was."""
+    """The picture, turned upright by its EXIF tag."""
     from PIL import ImageOps
 
     return file if _orientation(file) == 1 else ImageOps.exif_transpose(file)
@@ -164,7 +170,7 @@ def _orientation(file: Any) -> int:
     from PIL import Image
 
     tags = Image.Exif()
-    # Tags that cannot be read turn nothing.
+    # Unreadable tags are ignored.
     with suppress(Exception):
         tags.load(file.info.get("exif", b""))
     turn = tags.get(_ORIENTATION, 1)

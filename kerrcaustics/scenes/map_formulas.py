@@ -11,23 +11,23 @@ from kerrcaustics.beams.kernels.programs import Number, Program
 from kerrcaustics.beams.kernels.tables import Table, table_row
 from kerrcaustics.spacetime.sphere import polar_basis, tangent_basis
 
-# Where patches are checked by rays, in units of the cell: its middle, and those of two edges.
+# Places where rays check patches, in units of the cell: its middle, and the middles of two edges.
 _CHECKS = ((0.5, 0.5), (0.5, 0.0), (0.0, 0.5))
 # Numbers of a cell in its table: x, y, the coefficients (12, 3) of its patch, and second derivatives (3, 3).
 _CELL = 2 + 36 + 9
 
 
 def cell_polynomials(x: Any, y: Any, size: Any, data: Any, curving: Any) -> Any:
-    """The numbers (47,) of a cell for `seen`: x, y, the coefficients of its patch in pixels, and its curving.
+    """The numbers (47,) of a cell for `square_footprint`: x, y, coefficients of its patch in pixels, and its curving.
 
     Parameters: those of `SkyCells`; data (36,) and curving (9,) row by row.
     """
     scale = [size ** -(i + j) for i, j in POWERS]
-    terms = [term * one for term, one in zip(polynomial(jnp.stack(data).reshape(12, 3)), scale, strict=True)]
+    terms = [term * factor for term, factor in zip(polynomial(jnp.stack(data).reshape(12, 3)), scale, strict=True)]
     return jnp.concatenate([jnp.stack([x, y]), *terms, jnp.stack(curving)])
 
 
-# Of x and y in the terms of a patch.
+# Powers (i, j) of x and y in the terms of a patch.
 POWERS = [(i, j) for j in (0, 1) for i in range(4)] + [(i, j) for j in (2, 3) for i in (0, 1)]
 
 
@@ -57,7 +57,7 @@ def patch(c: Any, x: Any, y: Any) -> tuple[Any, Any, Any]:
     return value, slopes[0] + y * (slopes[1] + y * (c[9] + y * c[11])), along_y
 
 
-def seen(side: Any, aspect: Any, cells: Any, x: Any, y: Any, cell: Any) -> tuple[Any, Any, Any]:
+def square_footprint(side: Any, aspect: Any, cells: Any, x: Any, y: Any, cell: Any) -> tuple[Any, Any, Any]:
     """n' (3,), the matrix (2, 2) and the bend of the footprint of a square of a pixel at a place in a cell.
 
     Parameters: the side of the square, in pixels; `aspect` as of `footprint`; the table of `cell_polynomials`; the
@@ -69,12 +69,12 @@ def seen(side: Any, aspect: Any, cells: Any, x: Any, y: Any, cell: Any) -> tuple
 
 
 def drift(cells: Any, x: Any, y: Any, cell: Any) -> Any:
-    """The value (3,) of a patch at a place in a cell; parameters as for `seen`."""
+    """The value (3,) of a patch at a place in a cell; parameters as for `square_footprint`."""
     return _in_cell(cells, x, y, cell)[0][0]
 
 
 def _in_cell(cells: Any, x: Any, y: Any, cell: Any) -> tuple[tuple[Any, Any, Any], Any]:
-    """A patch as `patch` has it, per pixel, and the second derivatives (3, 3)."""
+    """Value and derivatives of a patch by `patch`, per pixel, and the second derivatives (3, 3)."""
     row = table_row(cells, cell)
     place = x - row[0] + 0.5, y - row[1] + 0.5
     return patch(row[2:38].reshape(12, 3), *place), row[38:].reshape(3, 3)
@@ -87,8 +87,8 @@ def slopes(direction: Any, jacobian: Any, sky: Any, steps: Any) -> Any:
     columns = []
     for k in range(2):
         tangent = [sum(e[i] * steps[2 * i + k] for i in range(3)) for e in basis]
-        turned = [jacobian[2 * i] * tangent[0] + jacobian[2 * i + 1] * tangent[1] for i in range(2)]
-        columns.append(first * turned[0] + second * turned[1])
+        image = [jacobian[2 * i] * tangent[0] + jacobian[2 * i + 1] * tangent[1] for i in range(2)]
+        columns.append(first * image[0] + second * image[1])
     return jnp.stack(columns, axis=-1)
 
 
@@ -100,17 +100,17 @@ def part_footprint(count: Any, aspect: Any, slopes: Any, direction: Any, number:
     """
     line = jnp.floor(number / count)
     column, row = number - line * count, line - jnp.floor(line / count) * count
-    along_x, along_y = (_rate(slopes, number, at, count, step) for at, step in ((column, 1.0), (row, count)))
+    along_x, along_y = (_rate(slopes, number, place, count, step) for place, step in ((column, 1.0), (row, count)))
     second = jnp.stack([along_x[:, 0], (along_x[:, 1] + along_y[:, 0]) / 2, along_y[:, 1]])
-    # Beside what is not seen there is nothing to go by.
+    # Next to parts that see nothing, second derivatives are unknown and count as 0.
     curving = jnp.where(jnp.isnan(second), 0.0, second)
     own = table_row(slopes, number).reshape(3, 2)
     return footprint(jnp.stack(direction), own[:, 0], own[:, 1], curving, aspect)
 
 
-def _rate(table: Any, number: Any, at: Any, count: Any, step: Any) -> Any:
-    """Change (3, 2) of rows from neighbour to neighbour, at one of `count` in a line."""
-    before, after = jnp.where(at > 0, 1.0, 0.0), jnp.where(at < count - 1, 1.0, 0.0)
+def _rate(table: Any, number: Any, place: Any, count: Any, step: Any) -> Any:
+    """Change (3, 2) of rows from neighbour to neighbour, at a place in a line of `count`."""
+    before, after = jnp.where(place > 0, 1.0, 0.0), jnp.where(place < count - 1, 1.0, 0.0)
     rise = table_row(table, number + after * step) - table_row(table, number - before * step)
     return (rise / jnp.maximum(before + after, 1.0)).reshape(3, 2)
 
@@ -141,7 +141,7 @@ def major_turn(a: Any, b: Any, c: Any, d: Any) -> tuple[Any, Any]:
     length = jnp.sqrt(even * even + odd * odd)
     cosine, sine = (jnp.where(length > 0, part / length, at_0) for part, at_0 in ((even, 1.0), (odd, 0.0)))
     larger = jnp.sqrt((1 + jnp.abs(cosine)) / 2)
-    # Of the two, what is near 0 would lose its digits.
+    # The smaller one from the sine: its own half-angle formula loses digits near 0.
     smaller = sine / (2 * larger)
     return jnp.where(cosine > 0, larger, smaller), jnp.where(cosine > 0, smaller, larger)
 
@@ -159,34 +159,34 @@ def _bend(curving: Any, across: Any) -> Any:
 
 
 def cell(size: Any, places: Any, slopes: Any, corners: Any) -> tuple[Any, ...]:
-    """A cell from the beams at its corners, which is not checked.
+    """A cell from the beams at its corners, before rays check it.
 
-    Parameters: size, in pixels; tables of n' and of its slopes (3, 2) at corners; the numbers of its four.
+    Parameters: size, in pixels; tables of n' and of its slopes (3, 2) at corners; the numbers of its four corners.
 
     Returns
     -------
     data (12, 3), curving (3, 3), extent : as of `SkyCells`
     scale (2, 3) : as of `cell_scale`
-    doubt : the estimated error of its patch, in pixels
-    checked (3, 3) : n' where rays check the patch
+    doubt : estimated error of its patch, pixels
+    checked (3, 3) : n' at the places where rays check the patch
     """
     place = [table_row(places, corner) for corner in corners]
     slope = [table_row(slopes, corner).reshape(3, 2) for corner in corners]
-    columns = [[one[:, k] for one in slope] for k in range(2)]
-    data = jnp.stack(place + [one * size for column in columns for one in column])
+    columns = [[steps[:, k] for steps in slope] for k in range(2)]
+    data = jnp.stack(place + [step * size for column in columns for step in column])
     rates = [[(s[1] - s[0] + s[3] - s[2]) / (2 * size), (s[2] - s[0] + s[3] - s[1]) / (2 * size)] for s in columns]
     curving = jnp.stack([rates[0][0], (rates[1][0] + rates[0][1]) / 2, rates[1][1]])
     terms = polynomial(data)
     scale, _ = _scale(data, terms, curving, size)
     checked = [value / _length(value) for value in (patch(terms, *place)[0] for place in _CHECKS)]
     doubt = jnp.maximum(*(_length(_product(scale, miss)) for miss in _doubts(data, terms)))
-    squares = [jnp.sum(one * one) for one in data[4:]]
+    squares = [jnp.sum(step * step) for step in data[4:]]
     extent = jnp.sqrt(jnp.maximum(_most(squares[:4]), _most(squares[4:])))
     return data, curving, extent, scale, doubt, jnp.stack(checked)
 
 
 def cell_scale(size: Any, data: Any, curving: Any) -> tuple[Any, Any]:
-    """What turns displacements of n' in the middle of a cell into pixels, (2, 3), and n' (3,) there.
+    """The matrix (2, 3) from displacements of n' in the middle of a cell to pixels, and n' (3,) there.
 
     Parameters: those of `SkyCells`.
     """
@@ -198,12 +198,12 @@ def _scale(data: Any, terms: Any, curving: Any, size: Any) -> tuple[Any, Any]:
     value, along_x, along_y = patch(terms, 0.5, 0.5)
     middle = value / _length(value)
     e_theta, e_phi = polar_basis(middle, jnp)
-    matrix = [one / size for one in _matrix(e_theta, e_phi, along_x, along_y)]
+    matrix = [element / size for element in _matrix(e_theta, e_phi, along_x, along_y)]
     cos, sin = major_turn(*matrix)
     along, across = e_theta * cos + e_phi * sin, e_phi * cos - e_theta * sin
     major, minor = _axes(*matrix)
     least = jnp.minimum(minor, _least_minor(data) / size)
-    # A pixel on a critical curve is folded over a strip of the sky: there an error counts by its width.
+    # A pixel on a critical curve covers a folded strip of the sky: errors are measured by the width of the strip.
     width = _length(jnp.stack([least, _bend(curving, across)]))
     return jnp.stack([along / major, across / width]), middle
 
@@ -242,7 +242,7 @@ def _length(vector: Any) -> Any:
     return jnp.sqrt(jnp.sum(vector * vector))
 
 
-# They stand where functions have numbers.
+# Kinds of numbers in the signatures of kernels.
 _ONE: Any = Number.OF_CALL
 _EACH: Any = Number.OF_RAY
 _VECTOR = (_EACH,) * 3
@@ -257,6 +257,6 @@ def programs() -> dict[str, Program]:
         "cell_scale": Program(cell_scale, (_EACH, (_EACH,) * 36, (_EACH,) * 9)),
         "drift": Program(drift, in_cell),
         "part_footprint": Program(part_footprint, (_ONE, _ONE, Table(6), _VECTOR, _EACH)),
-        "seen": Program(seen, (_ONE, _ONE, *in_cell)),
         "slopes": Program(slopes, (_VECTOR, (_EACH,) * 4, _VECTOR, (_EACH,) * 6)),
+        "square_footprint": Program(square_footprint, (_ONE, _ONE, *in_cell)),
     }

@@ -1,4 +1,4 @@
-"""Motion while a picture is exposed: of the camera, of its view, and of time; and the weight of each moment."""
+"""The motion during an exposure: of the camera, of its view, and of time; and the weight of each moment."""
 
 import math
 from collections.abc import Sequence
@@ -18,13 +18,13 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
-# Numbers of a curve of one's own.
+# Largest number of values of a user's curve.
 _MOST_NUMBERS = 1000
 
 
 @dataclass(frozen=True, eq=False)
 class ShutterMotion:
-    """Motion while a picture is exposed: its first and its last moment. The middle one is an argument of `render`.
+    """The motion during an exposure, by its first and its last moment; the middle moment is an argument of `render`.
 
     Parameters
     ----------
@@ -37,9 +37,9 @@ class ShutterMotion:
     times : (float, float)
         Coordinate time of these moments, relative to the middle, for the pattern of a disk.
     weight : str or sequence of float
-        How much each moment counts: "box", all alike; "triangle", growing from 0 to the middle and falling again;
-        "cosine", 1 + cos(2 pi t), a smooth bell; or a curve of one's own, 2 to 1,000 numbers at equal steps from the
-        first moment to the last, joined by straight lines. All let through the same amount of light.
+        Weight of each moment: "box", constant; "triangle", growing from 0 to the middle and falling again;
+        "cosine", 1 + cos(2 pi t), a smooth bell; or a curve of 2 to 1,000 numbers at equal steps from the first moment
+        to the last, joined by straight lines. All let through the same amount of light.
 
     Raises
     ------
@@ -49,7 +49,7 @@ class ShutterMotion:
     Notes
     -----
     In between, places, velocities and axes are quadratic in time through the three moments; for observers, the inverse
-    of the radius is. An observer stays at rest: what changes is which one it is.
+    of the radius is. At each moment the picture is that of an observer at rest.
 
     Examples
     --------
@@ -69,7 +69,7 @@ class ShutterMotion:
         """Raise ValueError unless the two moments are valid."""
         for name, kind, words in (("cameras", Viewer, "Camera or Observer"), ("views", Raster, "View or Screen")):
             value = getattr(self, name)
-            if not _two(value) or not all(isinstance(one, kind) for one in value):
+            if not _two(value) or not all(isinstance(part, kind) for part in value):
                 raise ValueError(f"Argument `{name}` must be two objects of the class {words}.")
         for name in ("azimuths", "times"):
             value = getattr(self, name)
@@ -78,8 +78,9 @@ class ShutterMotion:
                 raise ValueError(f"Argument `{name}` must be two finite numbers, but is {quoted(value)}.")
         shutter_weight("weight", self.weight)
 
-    def about(self, camera: Viewer, view: Raster, time: float) -> "Exposure":
-        """The exposure with this moment in its middle."""
+    def exposure(self, middle: "ExposedMoment") -> "Exposure":
+        """The exposure about a moment in its middle; ValueError unless the motion fits the camera and its view."""
+        camera, view, _, time = middle
         if any(viewer.spin != camera.spin for viewer in self.cameras):
             raise ValueError(f"Argument `motion` must keep the spin of the hole, {camera.spin:g}.")
         if any(type(viewer) is not type(camera) for viewer in self.cameras):
@@ -90,27 +91,35 @@ class ShutterMotion:
             ExposedMoment(*parts[:3], time + parts[3])
             for parts in zip(self.cameras, self.views, self.azimuths, self.times, strict=True)
         )
-        return Exposure(first, ExposedMoment(camera, view, 0.0, time), last, shutter_weight("weight", self.weight))
+        return Exposure(first, middle, last, shutter_weight("weight", self.weight))
 
 
 class ExposedMoment(NamedTuple):
-    """A camera, its view, its azimuth (radians), and coordinate time."""
+    """A moment of an exposure.
+
+    camera: the viewer.
+    view: its picture.
+    azimuth: azimuth of the viewer relative to the middle of the exposure, radians.
+    time: coordinate time, M.
+    """
 
     camera: Viewer
     view: Raster
-    azimuth: float
-    time: float
+    azimuth: float = 0.0
+    time: float = 0.0
 
     @property
-    def sight(self) -> list[float]:
-        """All numbers that a view of the hole depends on."""
+    def view_numbers(self) -> list[float]:
+        """All numbers on which the view of the hole depends."""
         return self.view.moving_numbers(self.camera)
 
 
 class ShutterParts(NamedTuple):
-    """Parts of an exposure: their mean moments, their light relative to that of a box, and boxes of the same width.
+    """Parts of an exposure.
 
-    A part of weight w has the variance of a box of the length `spread`.
+    moment: mean moments, in units of the exposure, from -1/2 to 1/2.
+    light: light relative to that of a box of the same length.
+    spread: lengths of boxes with the variance of the parts.
     """
 
     moment: Array
@@ -119,52 +128,53 @@ class ShutterParts(NamedTuple):
 
 
 class ShutterWeight(NamedTuple):
-    """The weight w(t) of moments, whose integral is 1, and the part of a shutter's time, -1/2 to 1/2, that is meant.
+    """The weight w(t) of the moments of an exposure; its integral is 1.
 
-    shape: a name, or the numbers of a curve of one's own.
+    shape: a name, or the numbers of a user's curve.
+    low, high: ends of the part of the shutter's time, from -1/2 to 1/2, to which the weight is restricted.
     """
 
     shape: str | tuple[float, ...] = "box"
     low: float = -0.5
     high: float = 0.5
 
-    def over(self, middle: ArrayLike, length: float) -> ShutterParts:
-        """Parts of the exposure, each of this length, about moments; no light: as those of a box."""
+    def parts_about(self, middle: ArrayLike, length: float) -> ShutterParts:
+        """Parts of the exposure of one length about moments; parts without light are those of a box."""
         middle = np.asarray(middle, float)
         if self.shape == "box":
             return ShutterParts(middle, np.ones(middle.shape), np.full(middle.shape, length))
         whole, centre = self.high - self.low, (self.low + self.high) / 2
         start, stop = (_sums(self.shape, centre + whole * (middle + side * length)) for side in (-0.5, 0.5))
-        sums, all_light = stop - start, self._whole
-        lit = sums[0] > 0
-        share = np.where(lit, sums[0], 1.0)
-        mean = np.where(lit, sums[1] / share, centre + whole * middle)
+        sums, all_light = stop - start, self._integral
+        has_light = sums[0] > 0
+        share = np.where(has_light, sums[0], 1.0)
+        mean = np.where(has_light, sums[1] / share, centre + whole * middle)
         spread = np.sqrt(np.maximum(12 * (sums[2] / share - mean**2), 0)) / whole
         light = sums[0] / all_light / length if all_light > 0 else np.zeros(middle.shape)
-        return ShutterParts((mean - centre) / whole, light, np.where(lit, spread, length))
+        return ShutterParts((mean - centre) / whole, light, np.where(has_light, spread, length))
 
     def divided(self, count: int) -> ShutterParts:
-        """Parts of equal length, in order of time."""
-        return self.over((np.arange(count) + 0.5) / count - 0.5, 1 / count)
+        """Parts of the exposure of equal length, in order of time."""
+        return self.parts_about((np.arange(count) + 0.5) / count - 0.5, 1 / count)
 
     def part(self, low: float, high: float) -> "ShutterWeight":
-        """The weight of a part of the exposure, between two moments of it."""
+        """The weight in a part of the exposure, between two moments of it."""
         start, whole = (self.low + self.high) / 2, self.high - self.low
         return self._replace(low=start + low * whole, high=start + high * whole)
 
     @property
-    def _whole(self) -> float:
-        """The integral of the weight over the part that is meant."""
+    def _integral(self) -> float:
+        """The integral of the weight from `low` to `high`."""
         start, stop = _sums(self.shape, np.array([self.low, self.high]))[0]
         return float(stop - start)
 
 
 BOX = ShutterWeight()
-"""All moments count alike."""
+"""The weight of an exposure whose moments count alike."""
 
 
 def shutter_weight(name: str, value: Any) -> ShutterWeight:
-    """The weight that an argument of that name describes; ValueError if it is none."""
+    """The weight that the argument `name` describes; ValueError unless it is valid."""
     if isinstance(value, str):
         one_of(name, value, get_args(ShutterShape))
         return ShutterWeight(value)
@@ -180,7 +190,7 @@ def shutter_weight(name: str, value: Any) -> ShutterWeight:
 
 
 def _sums(shape: str | tuple[float, ...], t: Array) -> Array:
-    """Integrals (3, ...) from one moment to t of w, of w t and of w t^2."""
+    """Integrals (3, ...) of w, w t and w t^2 from a fixed moment to t."""
     t = np.clip(t, -0.5, 0.5)
     if isinstance(shape, tuple):
         times, powers = _integrals(shape)
@@ -199,16 +209,16 @@ def _sums(shape: str | tuple[float, ...], t: Array) -> Array:
 
 @lru_cache(maxsize=16)
 def _integrals(curve: tuple[float, ...]) -> tuple[Float[Array, " n"], Float[Array, "5 3 n-1"]]:
-    """Times of numbers that straight lines join, and integrals of w, of w t and of w t^2 between them.
+    """Times (n,) of a curve's numbers, and the integrals of w, w t and w t^2 between them.
 
-    As polynomials of the time since the last one, the highest power first.
+    The integrals are polynomials of the time since the last number, the highest power first.
     """
     times = np.linspace(-0.5, 0.5, len(curve))
     weight = np.array(curve) / np.trapezoid(curve, times)
     power = np.zeros((4, 3, len(times) - 1))
     power[2:, 0] = np.diff(weight) / np.diff(times), weight[:-1]
     for k in (1, 2):
-        # The product with t, which is s beyond the beginning of a piece.
+        # The product with t = start of the piece + s, for powers of s.
         power[:, k] = power[:, k - 1] * times[:-1]
         power[:-1, k] += power[1:, k - 1]
     integral = np.concatenate([power / np.array([4, 3, 2, 1])[:, None, None], np.zeros((1, 3, len(times) - 1))])
@@ -220,7 +230,11 @@ def _integrals(curve: tuple[float, ...]) -> tuple[Float[Array, " n"], Float[Arra
 
 
 class Exposure(NamedTuple):
-    """Moments of an exposure, whose time goes from -1/2 to 1/2, and how much each counts."""
+    """An exposure; its own time goes from -1/2 to 1/2.
+
+    first, middle, last: moments at its start, in its middle and at its end.
+    weight: weight of the moments.
+    """
 
     first: ExposedMoment
     middle: ExposedMoment
@@ -229,52 +243,41 @@ class Exposure(NamedTuple):
 
     @property
     def moments(self) -> tuple[ExposedMoment, ExposedMoment, ExposedMoment]:
-        """The first moment, that in the middle, and the last."""
+        """The first moment, the middle one and the last."""
         return self.first, self.middle, self.last
 
-    @classmethod
-    def of(cls, motion: ShutterMotion | None, camera: Viewer, view: Raster, time: float, quality: str) -> "Exposure":
-        """The exposure of a picture: of one moment without motion, and in a draft, whatever moves."""
-        moment = ExposedMoment(camera, view, 0.0, time)
-        exposure = cls(moment, moment, moment) if motion is None else motion.about(camera, view, time)
-        return cls(moment, moment, moment) if quality == "draft" else exposure
-
-    def one_map(self, matter: Sequence[Any]) -> bool:
-        """True if a single map of the view serves a sky that turns, and matter that is None or does not move."""
-        return self.first is self.last or (self.still and all(one is None for one in matter))
-
     @property
-    def still(self) -> bool:
-        """True if the camera sees the hole alike all the time: it may go round, and time may pass."""
-        return self.first.sight == self.middle.sight == self.last.sight
+    def keeps_view(self) -> bool:
+        """True if the camera's view of the hole stays the same; its azimuth and time may change."""
+        return self.first.view_numbers == self.middle.view_numbers == self.last.view_numbers
 
     @property
     def turn(self) -> float:
-        """Angle by which the sky turns before the camera."""
+        """Angle by which the sky turns relative to the camera, radians."""
         return self.first.azimuth - self.last.azimuth
 
-    def at(self, moment: float) -> ExposedMoment:
-        """The camera and the rest at a moment."""
-        for end, place in zip(self.moments, (-0.5, 0.0, 0.5), strict=True):
+    def moment_at(self, moment: float) -> ExposedMoment:
+        """The state at a moment, interpolated."""
+        for known, place in zip(self.moments, (-0.5, 0.0, 0.5), strict=True):
             if moment == place:
-                return end
-        azimuth, time = (float(self._between(moment, [one[k] for one in self.moments])) for k in (2, 3))
+                return known
+        azimuth, time = (float(self._interpolated(moment, [known[k] for known in self.moments])) for k in (2, 3))
         middle = self.middle
-        if self.still:
+        if self.keeps_view:
             return ExposedMoment(middle.camera, middle.view, azimuth, time)
-        values = self._between(moment, [one.sight for one in self.moments]).tolist()
+        values = self._interpolated(moment, [known.view_numbers for known in self.moments]).tolist()
         return ExposedMoment(*middle.view.with_moving_numbers(middle.camera.spin, values), azimuth, time)
 
     def pieces(self, count: int) -> "list[Exposure]":
-        """Divide it into so many parts, in order of time."""
+        """Equal parts of the exposure, in order of time."""
         ends = np.linspace(-0.5, 0.5, 2 * count + 1).tolist()
         return [self._piece(*ends[k : k + 3]) for k in range(0, 2 * count, 2)]
 
     def _piece(self, first: float, middle: float, last: float) -> "Exposure":
-        return Exposure(self.at(first), self.at(middle), self.at(last), self.weight.part(first, last))
+        return Exposure(*map(self.moment_at, (first, middle, last)), weight=self.weight.part(first, last))
 
-    def _between(self, moment: float, values: Sequence[Any]) -> Float[Array, "*shape"]:
-        """Return values at a moment, quadratic in time."""
+    def _interpolated(self, moment: float, values: Sequence[Any]) -> Float[Array, "*shape"]:
+        """Values at a moment, quadratic in time."""
         first, middle, last = (np.asarray(value, float) for value in values)
         return np.asarray(middle + moment * (last - first) + 2 * moment**2 * (last - 2 * middle + first))
 

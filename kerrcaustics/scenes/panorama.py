@@ -23,12 +23,14 @@ from kerrcaustics.spacetime.sphere import from_angles
 
 Array = np.ndarray
 
+# Smallest and largest number of rows.
 _FEWEST_ROWS, _MOST_ROWS = 4, 8192
 # Rows of arrays that are smoothed together.
 _BLOCK = 64
-# Rows from which a file of 8 bits a channel is held in half precision, which is finer than they are, and the factors of
-# its light for which that is so.
-LARGE, _LOWEST, _HIGHEST = 4096, 0.1, 1e4
+LARGE = 4096
+"""Rows from which a file of 8 bits a channel is held in half precision, which still resolves its values."""
+# Factors of its light between which half precision resolves them.
+_LOWEST, _HIGHEST = 0.1, 1e4
 
 
 class Panorama(Sky):
@@ -40,9 +42,9 @@ class Panorama(Sky):
         Linear sRGB, any unit. The north pole is above; the middle lies at phi' = pi, behind the hole for a camera at
         azimuth 0, and phi' grows to the left: writing reads as it does on the picture.
     orientation : float, (3,) or (3, 3) array, optional
-        Radians to the right, up and clockwise: the place so far to the right of the picture's middle and above it lies
-        at phi' = pi on the equator, and the picture is turned clockwise about that; a single number is the first of
-        them. Or a rotation from the axes of the picture to those of the celestial sphere.
+        Three angles, radians: the place at the first angle to the right of the picture's middle and the second above it
+        lies at phi' = pi on the equator, and the picture is turned clockwise about it by the third; a single number is
+        the first angle. Or a rotation from the axes of the picture to those of the celestial sphere.
     mirror : bool
         True for a chart of the sphere from outside, as a globe shows it: phi' grows to the right, from 0 to 2 pi.
     aspect : float
@@ -59,10 +61,9 @@ class Panorama(Sky):
 
     Notes
     -----
-    Held as a pyramid of pictures, each half as fine as the one before. Every one is smoothed along its rows as far as
-    its resolution requires on the sphere, which is more and more pixels toward the poles: a look-up therefore averages
-    over round neighbourhoods, the poles included. Look-ups are linear within a picture and between two, and go on
-    across the edge phi' = 0 and across the poles.
+    Held as a pyramid of pictures, each half as fine as the one before. Each is smoothed along its rows to its own
+    resolution on the sphere, over more pixels toward the poles, so that a look-up averages over round neighbourhoods
+    everywhere. Look-ups are linear within a picture and between two, and continuous across phi' = 0 and the poles.
 
     Examples
     --------
@@ -100,7 +101,7 @@ class Panorama(Sky):
         aspect: float = ASPECT,
         precision: type[np.floating] = np.float32,
     ) -> None:
-        """Take over the rows of a chart."""
+        """Keep the rows of a chart as a pyramid."""
         check_number("aspect", aspect, "be a finite number from 1 on", lambda ratio: 1 <= ratio < math.inf)
         self.orientation, self.rows, self.aspect, self._shift = orientation, rows, aspect, shift_of(spectrum)
         self._pyramid = pyramid(rows, blocks, precision)
@@ -131,8 +132,8 @@ class Panorama(Sky):
         name, FITS astropy. FITS images (.fits, .fit, .fits.gz) are plate carree, of one plane (grey) or three; theta'
         and phi' are 90 degrees - latitude and longitude of whatever frame they are in, unless mirror turns them over.
 
-        PNG files of 16 bits are read if they are grey. Photographs are turned as their EXIF tag says. What is
-        transparent is dark. The file is read by rows: beside the panorama little memory is needed. progress: as
+        PNG files of 16 bits are read if they are grey. Photographs are turned by their EXIF tag. Transparent
+        parts are dark. The file is read by rows: beside the panorama little memory is needed. progress: as
         for `render`.
         """
         check_brightness(brightness)
@@ -167,20 +168,20 @@ class Panorama(Sky):
     def to_healpix(self, nside: int, order: healpix.Order = "ring") -> Float32[Array, "3 pixels"]:
         """Light (3, 12 nside^2) in HEALPix, each the mean about a pixel's centre. Needs the package astropy-healpix."""
         theta, phi = healpix.centres(nside, order)
-        return self.around(from_angles(theta, phi), np.full(len(theta), healpix.resolution(nside))).T
+        return self.light_about(from_angles(theta, phi), np.full(len(theta), healpix.resolution(nside))).T
 
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels; its colours shift by the spectrum."""
         return self._averaged(footprint) * self._shift(footprint.redshift, beaming, colour_shift)
 
-    def around(self, direction: Float[Array, "m 3"], size: Float[Array, " m"]) -> Float32[Array, "m 3"]:
+    def light_about(self, direction: Float[Array, "m 3"], size: Float[Array, " m"]) -> Float32[Array, "m 3"]:
         """Light (m, 3) about directions (m, 3), averaged over neighbourhoods of sizes (m,) in radians."""
         round_ones = Footprint(direction, size[:, None, None] * np.eye(2), np.zeros(len(size)), np.ones(len(size)))
         light = self._averaged(round_ones, math.inf).astype(np.float32)
         return light if light.shape[1] == 3 else np.repeat(light, 3, axis=1)
 
     def _averaged(self, footprint: Footprint, longest: float = LONGEST) -> Float[Array, "m channels"]:
-        """Light of pixels, of a grey picture in one channel."""
+        """Light of pixels; one channel for a grey picture."""
         pixels, levels = self._pyramid
         numbers = self.rows, len(levels), *self.orientation.ravel()
         name = f"picture_{pixels.shape[1]}_{pixels.dtype.str[1:]}"
@@ -224,7 +225,7 @@ def save_sky(path: str | os.PathLike[str], light: ArrayLike, *, mirror: bool = F
 
 
 def _blocks(picture: Float32[Array, "h w 3"], mirror: bool) -> Iterator[SphereRows]:
-    """The rows of a picture in memory, as those of a chart."""
+    """The rows of a picture in memory, as rows of a chart."""
     for first in range(0, len(picture), _BLOCK):
         some = picture[first : first + _BLOCK]
         yield SphereRows(first, slice(None), some if mirror else some[:, ::-1])
@@ -242,7 +243,7 @@ def _picture_rows(path: str | os.PathLike[str]) -> tuple[int, Iterator[SphereRow
 
 
 def _fits_rows(path: str | os.PathLike[str]) -> tuple[int, Iterator[SphereRows]]:
-    """The same of a FITS image."""
+    """The number of rows of a FITS image, and the rows."""
     rows, planes, blocks = plate_carree.read_sky(path)
     channel = (slice(None),) if planes == 1 else (slice(0, 1), slice(1, 2), slice(2, 3))
     return rows, (SphereRows(first, channel[k], light[..., None]) for k, first, light in blocks)
@@ -251,7 +252,7 @@ def _fits_rows(path: str | os.PathLike[str]) -> tuple[int, Iterator[SphereRows]]
 def _as_chart(
     path: str | os.PathLike[str], blocks: Iterable[SphereRows], mirror: bool, brightness: float
 ) -> Iterator[SphereRows]:
-    """Rows of a file with phi' to the right, and brighter; a ValueError after the last if some are no light."""
+    """Rows of a file with phi' to the right, and brighter; ValueError at the end if some values are no light."""
     bad = 0
     for first, channels, light in blocks:
         if wrong := not_light(light):
@@ -261,7 +262,7 @@ def _as_chart(
 
 
 def rotation(matrix: ArrayLike | None) -> Float[Array, "3 3"]:
-    """The matrix (3, 3) of an argument `orientation`, the identity when left out."""
+    """The matrix (3, 3) of an argument `orientation`; the identity for None."""
     if matrix is None:
         return np.eye(3)
     value = real_array("orientation", matrix)
@@ -271,7 +272,7 @@ def rotation(matrix: ArrayLike | None) -> Float[Array, "3 3"]:
 
 
 def oriented(value: ArrayLike | None, mirror: bool) -> Float[Array, "3 3"]:
-    """The matrix (3, 3) of a panorama's argument `orientation`: of angles, or as it is."""
+    """The matrix (3, 3) of a panorama's argument `orientation`, from angles or a matrix."""
     if value is None or np.ndim(value) == 2:
         return rotation(value)
     from scipy.spatial.transform import Rotation

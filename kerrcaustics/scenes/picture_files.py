@@ -1,4 +1,4 @@
-"""Rendered pictures and their light as files, written without loading what draws on axes."""
+"""Rendered pictures and their light as files, written without Matplotlib."""
 
 import os
 import shutil
@@ -39,7 +39,7 @@ def save_picture(path: str | os.PathLike[str], picture: Array, note: str = "") -
 def save_light(path: str | os.PathLike[str], light: Array, alpha: Array | None = None) -> None:
     """Write linear light (height, width, 3) as an OpenEXR file, single precision; needs the package of that name.
 
-    alpha: opacity (height, width) of what shines; the light is its own already, as OpenEXR has it (premultiplied).
+    alpha: opacity (height, width) of the matter; the light is already multiplied by it, as OpenEXR requires.
     """
     if os.path.splitext(os.fspath(path))[1].lower() != ".exr":
         raise ValueError(f"Argument `path` must end in .exr, but is {os.fspath(path)!r}.")

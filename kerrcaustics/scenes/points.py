@@ -1,7 +1,7 @@
 """Points of light on the celestial sphere, and all their images on a picture.
 
-The map of a picture (sky_cells.py) is inverted for every star: each image is drawn where it is, as large as a pixel,
-with the light that its magnification gives it.
+The map of a picture (sky_cells.py) is inverted for every star: each image is drawn at its place, as large as a pixel,
+with the light of the star times its magnification.
 """
 
 from dataclasses import dataclass
@@ -12,17 +12,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.scenes.colour import ResponseLike, shifted_light
-from kerrcaustics.scenes.footprint import Footprint, turned
+from kerrcaustics.scenes.footprint import Footprint, rotated_about_axis
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.scene_checks import check_light
 from kerrcaustics.scenes.star_bins import StarBins, star_bins
-from kerrcaustics.scenes.unresolved_stars import StarLayer, faded, limits
+from kerrcaustics.scenes.unresolved_stars import StarLayer, faded_fraction, limits
 from kerrcaustics.shapes import Bool, Float, Int
 from kerrcaustics.spacetime.checks import real_array
 
 Array = np.ndarray
 
-# Images this close (pixels) are one, where cells meet.
+# Distance (pixels) below which images of two cells are one.
 _SAME = 0.02
 
 
@@ -82,25 +82,25 @@ class PointLights:
 
     @cached_property
     def bins(self) -> list[tuple[float, StarBins]]:
-        """For each limit, where images of some stars begin to fade: those that fade there or later, by their places."""
-        found = []
+        """For each limit at which images begin to fade, the bins of the stars that fade there or later."""
+        bins = []
         for limit in np.unique(self.limits).tolist():
             which = np.flatnonzero(self.limits >= limit)
-            found.append((limit, star_bins(self.direction[which], which)))
-        return found
+            bins.append((limit, star_bins(self.direction[which], which)))
+        return bins
 
     @cached_property
     def layers(self) -> list[StarLayer]:
         """The layers of stars, for their mean light where images have faded."""
-        found = []
+        layers = []
         for limit in np.unique(self.limits).tolist():
             which = self.limits == limit
-            found.append(StarLayer.of(self.direction[which], self.flux[which], self.temperature[which], limit))
-        return found
+            layers.append(StarLayer.from_stars(self.direction[which], self.flux[which], self.temperature[which], limit))
+        return layers
 
     def some(self, which: Int[Array, " m"] | Bool[Array, " n"], turn: ArrayLike) -> "PointLights":
-        """The chosen lights, turned about the spin axis by angles, (m,) or one; they fade as among all."""
-        direction = turned(self.direction[which], turn)
+        """The chosen lights, turned about the spin axis by angles (m,) or by one angle; their limits are kept."""
+        direction = rotated_about_axis(self.direction[which], turn)
         return PointLights(direction, self.flux[which], self.temperature[which], self.response, self.limits[which])
 
     def mean_light(
@@ -110,18 +110,22 @@ class PointLights:
         light = np.zeros((len(footprint), 3))
         for layer in self.layers:
             which = np.flatnonzero(seen > layer.limit)
-            part, some = faded(seen[which], layer.limit), footprint.part(which)
+            part, some = faded_fraction(seen[which], layer.limit), footprint.part(which)
             shift = shifted_light(some.redshift, beaming, colour_shift, layer.temperature, self.response)
             light[which] += part[:, None] * layer.light(some) * shift
         return light
 
 
 class Imaged(NamedTuple):
-    """Images on a picture.
+    """Images of stars on a picture.
 
-    place (m, 2), pixels; star (m,); area (m,), the solid angle that a pixel sees; steps (m, 2, 3) of n' for one, and
-    how these change (m, 3, 3), along xx, xy, yy; rate (m, 3, 3): how n' moves over an exposure, and how that changes
-    per pixel along x and y; positive (m,): true if the cross product of the steps is along n'.
+    place: (m, 2) places, pixels.
+    star: (m,) numbers of the stars.
+    area: (m,) solid angles that a pixel sees, steradian.
+    steps: (m, 2, 3) changes of n' per pixel along x and y.
+    curving: (m, 3, 3) second derivatives of n' along xx, xy and yy.
+    rate: (m, 3, 3) change of n' over an exposure, and the change of that per pixel along x and y.
+    positive: (m,) True if the cross product of the steps is along n'.
     """
 
     place: Array
@@ -149,14 +153,14 @@ def steps_to(
 
 
 def distinct(star: Int[Array, " n"], place: Float[Array, "n 2"], positive: Bool[Array, " n"]) -> Int[Array, " m"]:
-    """Numbers (m,) of images without duplicates, from two starts or from two cells where they meet, by their stars.
+    """Numbers (m,) of images without duplicates from two starts of the search or two cells, by their stars.
 
-    positive: as of `Imaged`, on which side of critical curves they are.
+    positive: as of `Imaged`; images on different sides of a critical curve are different.
     """
     x, y = place.T
-    left = x.min(initial=0.0)
-    # One number to sort by, that of the star before the place: it is good to much less than what is the same.
-    order = np.argsort(star * (x.max(initial=0.0) - left + 1) + (x - left))
+    least = x.min(initial=0.0)
+    # A single key, star and place: its round-off is far below the distance of equal images.
+    order = np.argsort(star * (x.max(initial=0.0) - least + 1) + (x - least))
     star, x, y, positive = star[order], x[order], y[order], positive[order]
     dropped, first, ahead = np.zeros(len(order), bool), np.arange(len(order)), 0
     while len(first):
@@ -169,23 +173,25 @@ def distinct(star: Int[Array, " n"], place: Float[Array, "n 2"], positive: Bool[
     return order[~dropped]
 
 
-def moved(images: Any, motion: Float[Array, "m 3"]) -> Float[Array, "m 2"]:
+def displacements(images: Any, motion: Float[Array, "m 3"]) -> Float[Array, "m 2"]:
     """Displacements, in pixels, of images (`Imaged` or `PictureImages`) whose stars move by (m, 3)."""
-    # No steeper than where brightness is cut, too.
+    # The determinant is bounded as the brightness is.
     return steps_to(images.steps, motion, np.maximum(images.area**2, 1e-300))
 
 
-def drawn(light: Float[Array, "h w 3"], view: Raster, place: Float[Array, "m 2"], power: Float[Array, "m 3"]) -> None:
-    """Add images to a picture, whose light times solid angle is to be (m, 3): each is a quadratic B-spline.
+def draw_points(
+    light: Float[Array, "h w 3"], view: Raster, place: Float[Array, "m 2"], power: Float[Array, "m 3"]
+) -> None:
+    """Add images to a picture, each a quadratic B-spline whose light times solid angle is a row of `power` (m, 3).
 
-    Its parts add up to 1. Any part beyond a side of a picture of the whole sky comes in where it belongs.
+    Parts of an image beyond a side of a picture of the whole sky are drawn at the opposite side.
     """
     (left, x_parts), (top, y_parts) = (_spline_parts(along) for along in place.T)
     flat, channels = light.reshape(-1, 3), np.ascontiguousarray(power.T)
     for i in range(3):
         for j in range(3):
             x, y, inside = _pixels(view, left + i, top + j)
-            # What lies outside adds nothing to the first pixel.
+            # Parts outside the picture add 0 to the first pixel.
             weight = np.where(inside, x_parts[i] * y_parts[j], 0) / view.pixel_sizes(x, y)
             for channel, part in enumerate(channels):
                 np.add.at(flat[:, channel], y * view.width + x, (weight * part).astype(light.dtype))
@@ -194,7 +200,7 @@ def drawn(light: Float[Array, "h w 3"], view: Raster, place: Float[Array, "m 2"]
 def _pixels(
     view: Raster, x: Int[Array, " m"], y: Int[Array, " m"]
 ) -> tuple[Int[Array, " m"], Int[Array, " m"], Bool[Array, " m"]]:
-    """Pixels of a picture where those at some places lie, the first one for those outside, and the mask of the rest."""
+    """Columns and rows of pixels in the picture, 0 for pixels outside, and the mask of those inside."""
     inside = (x >= 0) & (y >= 0) & (x < view.width) & (y < view.height)
     if view.closed:
         beyond = np.flatnonzero(~inside)
@@ -204,10 +210,7 @@ def _pixels(
 
 
 def _spline_parts(place: Float[Array, " m"]) -> tuple[Int[Array, " m"], tuple[Array, Array, Array]]:
-    """Pixels before the nearest ones to places; shares in an image there of these, of the nearest ones, and the next.
-
-    All along one side of the picture.
-    """
+    """The pixels before the nearest ones along a side; the shares of these, of the nearest and of the next pixels."""
     nearest = np.round(place)
     offset = place - nearest
     return nearest.astype(int) - 1, ((0.5 - offset) ** 2 / 2, 0.75 - offset**2, (0.5 + offset) ** 2 / 2)

@@ -1,4 +1,4 @@
-"""A quadtree of square cells of a picture; corners have one number each, in sets that grow as cells are split."""
+"""A quadtree of square cells of a picture, whose corners are shared."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, Generic, NamedTuple, TypeVar
@@ -15,19 +15,19 @@ Cells = TypeVar("Cells", bound=tuple[Any, ...])
 
 
 def joined(parts: Sequence[Cells]) -> Cells:
-    """Named tuples of arrays as one."""
+    """Named tuples of arrays, concatenated."""
     return type(parts[0])(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
 
 def merged(first: CornerSet, second: CornerSet) -> CornerSet:
-    """Two sets of corners as one: named tuples of arrays, the first of which is the key, sorted."""
-    both = joined([first, second])
-    order = np.argsort(both[0])
-    return type(first)(*(part[order] for part in both))
+    """Two sets of corners merged: named tuples of arrays, sorted by the first one, the key."""
+    corners = joined([first, second])
+    order = np.argsort(corners[0])
+    return type(first)(*(part[order] for part in corners))
 
 
 def find(keys: Int[Array, " n"], key: Int[Array, "*shape"]) -> tuple[Int[Array, "*shape"], Bool[Array, "*shape"]]:
-    """Indices of keys among sorted ones, and the mask of those that are there."""
+    """Indices of keys among sorted keys, and the mask of those that occur."""
     if not len(keys):
         return np.zeros(key.shape, int), np.zeros(key.shape, bool)
     number = np.minimum(np.searchsorted(keys, key), len(keys) - 1)
@@ -35,7 +35,7 @@ def find(keys: Int[Array, " n"], key: Int[Array, "*shape"]) -> tuple[Int[Array, 
 
 
 def in_chunks(values: Int[Array, " n"], most: Callable[[int], int]) -> list[Int[Array, " _m"]]:
-    """Numbers of values that are equal, in chunks of at most so many."""
+    """Numbers of equal values, in chunks; most: function of a value that returns the largest size of a chunk."""
     chunks = []
     for value in np.unique(values):
         rows, step = np.flatnonzero(values == value), max(most(int(value)), 1)
@@ -44,13 +44,13 @@ def in_chunks(values: Int[Array, " n"], most: Callable[[int], int]) -> list[Int[
 
 
 def fill(mask: Array, x: Int[Array, " n"], y: Int[Array, " n"], size: Int[Array, " n"], value: ArrayLike) -> None:
-    """Set the pixels of squares, as far as they lie in a picture, to values (n,), or to one."""
-    # What lies beyond goes to a margin.
+    """Set the pixels of squares within a picture to values (n,), or to one value."""
+    # Pixels outside are written to a margin.
     whole, values = np.pad(mask, 1), np.broadcast_to(value, x.shape)
-    for one in np.unique(size):
-        same = np.flatnonzero(size == one)
+    for side_length in np.unique(size):
+        same = np.flatnonzero(size == side_length)
         rows, columns = (
-            np.clip(place[same, None] + np.arange(one), -1, side) + 1
+            np.clip(place[same, None] + np.arange(side_length), -1, side) + 1
             for place, side in zip((y, x), mask.shape, strict=True)
         )
         whole[rows[:, :, None], columns[:, None, :]] = values[same, None, None]
@@ -58,7 +58,11 @@ def fill(mask: Array, x: Int[Array, " n"], y: Int[Array, " n"], size: Int[Array,
 
 
 class Squares(NamedTuple):
-    """Square cells: upper left corners x, y (n,) on a lattice, and one size, the power of two that all of them have."""
+    """Square cells of one size.
+
+    x, y: (n,) upper left corners on a lattice.
+    size: length of the sides, a power of two.
+    """
 
     x: Int[Array, " n"]
     y: Int[Array, " n"]
@@ -71,7 +75,7 @@ class Squares(NamedTuple):
         return cls(x.ravel(), y.ravel(), size)
 
     def quarters(self, chosen: Bool[Array, " n"]) -> "Squares":
-        """Four cells in place of each of the chosen ones."""
+        """The four quarters of each of the chosen cells."""
         size = self.size // 2
         x, y = (
             np.concatenate([place[chosen] + step * size for step in steps])
@@ -81,35 +85,43 @@ class Squares(NamedTuple):
 
 
 class Level(NamedTuple, Generic[CornerSet]):
-    """Cells of one size in a division, all corners that it has so far, and the numbers (n, 4) of the cells' own."""
+    """Cells of one size in a division.
+
+    squares: the cells.
+    corners: all corners so far.
+    number: (n, 4) numbers of the cells' own corners.
+    """
 
     squares: Squares
     corners: CornerSet
     number: Int[Array, "n 4"]
 
     def beside(self, chosen: Bool[Array, " n"]) -> Bool[Array, " n"]:
-        """True for cells with a corner that belongs to a chosen one too."""
+        """True for cells that share a corner with a chosen cell."""
         near = np.zeros(len(self.corners[0]), bool)
         near[self.number[chosen]] = True
         return np.asarray(near[self.number].any(axis=1))
 
 
 class Division(NamedTuple, Generic[CornerSet, Cells]):
-    """Rules by which cells are divided.
+    """Rules for the division of cells.
 
-    columns: more than the corners from left to right; trace: corners at keys; accept: a level's good cells, and the
-    mask of those to be divided; least: the smallest size; wanted: those of some cells that are looked at.
+    columns: a number larger than that of corners from left to right.
+    trace: function of keys that returns the corners.
+    accept: function of a level that returns its good cells, and the mask of the cells to divide.
+    least: smallest size of a cell.
+    select: function of squares that returns those to examine.
     """
 
     columns: int
     trace: Callable[[Array], CornerSet]
     accept: Callable[[Level[CornerSet]], tuple[Cells, Array]]
     least: int = 1
-    wanted: Callable[[Squares], Squares] = lambda squares: squares
+    select: Callable[[Squares], Squares] = lambda squares: squares
 
-    def of(self, squares: Squares, corners: CornerSet) -> tuple[Cells, Level[CornerSet], Bool[Array, " n"]]:
-        """Good cells, and the last level, with the mask of its cells that were still to be divided."""
-        good, squares = [], self.wanted(squares)
+    def divide(self, squares: Squares, corners: CornerSet) -> tuple[Cells, Level[CornerSet], Bool[Array, " n"]]:
+        """Good cells, and the last level, with the mask of its cells that are not good."""
+        good, squares = [], self.select(squares)
         while True:
             x, y, size = squares
             keys = np.stack([(y + j * size) * self.columns + x + i * size for i, j in CORNERS], axis=-1)
@@ -123,4 +135,4 @@ class Division(NamedTuple, Generic[CornerSet, Cells]):
             good.append(cells)
             if size <= self.least or not split.any():
                 return joined(good), level, split
-            squares = self.wanted(squares.quarters(split))
+            squares = self.select(squares.quarters(split))

@@ -19,10 +19,10 @@ _WORDS = {2: "two", 3: "three"}
 
 
 class Raster(Shown):
-    """A rectangle of pixels on a viewer's sky; whole numbers are pixel centres, from the upper left one.
+    """A rectangle of pixels on a viewer's sky; whole numbers are pixel centres, from the upper left pixel.
 
     Directions are unit vectors as the engines take them: the sky of a camera itself, and the sphere that an observer's
-    screen becomes. viewer: the class of viewers with such a sky.
+    screen becomes. viewer: the class of its viewers.
     """
 
     width: int
@@ -31,7 +31,7 @@ class Raster(Shown):
 
     @property
     def form(self) -> tuple[Any, ...]:
-        """Properties that stay the same while a picture is exposed."""
+        """Properties that are constant during an exposure."""
         return type(self), self.width, self.height
 
     @property
@@ -79,11 +79,11 @@ class Raster(Shown):
         return np.asarray(np.linalg.norm(np.cross(steps[..., 0], steps[..., 1]), axis=-1))
 
     def moving_numbers(self, camera: Any) -> list[float]:
-        """Numbers of a viewer and of this part of its sky, to be interpolated in time: as a viewer at rest has them."""
+        """Numbers of a viewer and of this part of its sky that can be interpolated in time."""
         raise NotImplementedError
 
     def with_moving_numbers(self, spin: float, values: list[float]) -> "tuple[Viewer, Raster]":
-        """The viewer and the part of its sky with other numbers, in the order of `moving_numbers`."""
+        """The viewer and the part of its sky for numbers in the order of `moving_numbers`."""
         raise NotImplementedError
 
     def _check_sides(self) -> None:
@@ -93,7 +93,7 @@ class Raster(Shown):
 
 
 def check_picture(camera: object, view: object) -> None:
-    """Raise ValueError unless there is such a viewer, and a raster on its sky."""
+    """Raise ValueError unless the viewer is valid, and the raster lies on its sky."""
     check_viewer(camera)
     name = type(view).__name__
     if not isinstance(view, Raster):
@@ -109,7 +109,7 @@ def _article(viewer: object) -> str:
 
 
 def unit_vector(name: str, vector: Any, size: int) -> Float[Array, " size"]:
-    """The argument `name` as a unit vector of so many components; a ValueError if it has no direction."""
+    """The argument `name` as a unit vector of `size` components; ValueError if it has no direction."""
     value = numbers(name, vector)
     if value.shape != (size,) or not np.isfinite(value).all() or not value.any():
         must = f"be a vector of {_WORDS[size]} numbers that is not zero"

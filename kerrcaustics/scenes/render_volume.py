@@ -11,9 +11,9 @@ from kerrcaustics.scenes.disk.march import Marching
 from kerrcaustics.scenes.disk.veil import step_error, veil_of
 from kerrcaustics.scenes.disk.volume import Volume
 from kerrcaustics.scenes.raster import Raster, check_picture
-from kerrcaustics.scenes.render import Sky, render
+from kerrcaustics.scenes.render import render
 from kerrcaustics.scenes.scene_checks import check_number
-from kerrcaustics.scenes.sky import check_sky
+from kerrcaustics.scenes.sky import Sky, check_sky
 from kerrcaustics.spacetime.checks import flags, instance_of
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -109,10 +109,10 @@ def render_volume(
     check_picture(camera, view)
     check_sky(sky)
     flags(beaming=beaming, colour_shift=colour_shift)
-    way = _checked(camera, volume, beaming, colour_shift, step)
-    veil = veil_of(way, view)
-    error, shape = step_error(way, view, veil), (view.height, view.width)
-    light, transmission = (part.reshape(*shape, *part.shape[1:]) for part in veil.whole())
+    marching = _checked(camera, volume, beaming, colour_shift, step)
+    veil = veil_of(marching, view)
+    error, shape = step_error(marching, view, veil), (view.height, view.width)
+    light, transmission = (part.reshape(*shape, *part.shape[1:]) for part in veil.total())
     if sky is not None:
         behind = render(camera, view, sky, beaming=beaming, colour_shift=colour_shift)
         light = light + transmission[..., None] * behind.light

@@ -1,4 +1,4 @@
-"""Checks of numbers and arrays of scenes, each one clear ValueError."""
+"""Checks of numbers and arrays of scenes, which raise ValueError."""
 
 import math
 import os
@@ -11,13 +11,13 @@ from kerrcaustics.choices import Quality
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.checks import differing_digits, left_out, one_of, quoted, real_array, real_number
 
-# Dark light may lie this far below 0 by rounding, as a part of the brightest.
+# Largest negative light that counts as round-off, as a part of the brightest.
 _ROUND_OFF = 1e-6
 _MAP_ERRORS: dict[Quality, float] = dict(zip(get_args(Quality), (0.05, 0.01, 0.0025), strict=True))
 
 
 def check_number(name: str, value: Any, must: str, valid: Callable[[float], bool] = math.isfinite) -> float:
-    """Return the argument `name` as a float; raise ValueError, with what it must be, unless it is valid."""
+    """Return the argument `name` as a float; raise ValueError, with the words `must`, unless it is valid."""
     number = real_number(name, value)
     if not valid(number):
         raise ValueError(f"Argument `{name}` must {must}, but is {quoted(value)}.")
@@ -51,7 +51,7 @@ def checked_moment(time: Any) -> float:
 
 
 def check_uses(matter: bool, delay: bool, sky: bool = True, sky_radius: float = math.inf) -> None:
-    """Raise ValueError for the delay of a disk or a volume if there is none, and for the radius of a sky likewise."""
+    """Raise ValueError for a delay without a disk or a volume, and for a radius of the sky without a sky."""
     if not matter:
         left_out("delay", delay or None, "without a disk or a volume")
     if not sky:
@@ -66,14 +66,14 @@ def check_light(name: str, values: np.ndarray) -> None:
 
 
 def check_light_function(function: Any, places: str, detail: Any, size: str) -> None:
-    """Raise ValueError unless light is a function of places, in words, whose detail is a positive size."""
+    """Raise ValueError unless light is a function of `places` (words) whose detail is a positive `size`."""
     if not callable(function):
         raise ValueError(f"Argument `function` must be a function of {places}.")
     check_number("detail", detail, f"be a positive {size}", positive)
 
 
 def checked_light(function: Callable[..., Any], *places: np.ndarray) -> np.ndarray:
-    """The light (n, 3) that a user's function returns for n places; ValueError if that is none."""
+    """The light (n, 3) that a user's function returns for n places; ValueError if it is invalid."""
     light = real_array("function", function(*places))
     if light.shape != (len(places[0]), 3):
         raise ValueError(
@@ -87,7 +87,7 @@ def checked_light(function: Callable[..., Any], *places: np.ndarray) -> np.ndarr
 
 
 def checked_source_light(name: str, source: Any, values: Any, count: int) -> np.ndarray:
-    """The light (n, 3) that the method `light` of the argument `name` returned; ValueError if it is none."""
+    """The light (n, 3) that the method `light` of the argument `name` returned; ValueError if it is invalid."""
     try:
         light = np.asarray(values)
     except (TypeError, ValueError):

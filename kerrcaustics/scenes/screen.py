@@ -101,11 +101,11 @@ class Screen(Raster):
         place = real_array("sky", sky)
         place = on_screen(place) if place.shape[-1] == 3 else place
         middle = np.array([(self.width - 1) / 2, (self.height - 1) / 2])
-        # The steps are at right angles, and of one length.
+        # The steps are perpendicular, and of equal length.
         return (place - self.centre) @ self._steps / self.pixel**2 + middle
 
     def pixel_sizes(self, x: ArrayLike, y: ArrayLike) -> Float[Array, "*batch"]:
-        """Areas (...,), M^2, of the pixels at places of the picture: all are alike."""
+        """Areas (...,), M^2, of the pixels at places of the picture: all of them are equal."""
         return np.full(np.broadcast_shapes(np.shape(x), np.shape(y)), self.pixel**2)
 
     def lengths(self, sky: Float[Array, "*batch 3"]) -> Float[Array, "*batch"]:
@@ -117,7 +117,7 @@ class Screen(Raster):
         return [1 / camera.radius, camera.inclination, self.size, *self.centre.tolist(), *self.up.tolist()]
 
     def with_moving_numbers(self, spin: float, values: list[float]) -> "tuple[Observer, Screen]":
-        """The observer and the screen with other numbers."""
+        """The observer and the screen for numbers in the order of `moving_numbers`."""
         curvature, inclination, size = values[:3]
         radius = 1 / curvature if curvature > 0 else math.inf
         observer = Observer(spin=spin, radius=radius, inclination=min(max(inclination, 0.0), math.pi))

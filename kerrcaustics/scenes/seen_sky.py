@@ -1,7 +1,7 @@
 """The visible sky of a view: the cells of its map, and the pixels that no cell covers, supersampled.
 
-Those lie on the shadow edge, next to it, and where a pixel sees much of the sky. Each part has a beam of its own; while
-the camera moves, at several moments.
+These pixels lie on the shadow edge, next to it, and where a pixel sees much of the sky. Each of their parts has a beam
+of its own, and beams at several moments while the camera moves.
 """
 
 import math
@@ -14,7 +14,7 @@ from kerrcaustics.beams.ends import SKY, Sphere, Spherical
 from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.beams.trace import beams_of_directions, cores
 from kerrcaustics.results.stages import stage
-from kerrcaustics.scenes.footprint import Footprint, turned, widest_aspect
+from kerrcaustics.scenes.footprint import Footprint, rotated_about_axis, widest_aspect
 from kerrcaustics.scenes.motion import ExposedMoment, Exposure
 from kerrcaustics.scenes.quadtree import fill, in_chunks
 from kerrcaustics.scenes.raster import Raster
@@ -31,7 +31,7 @@ Array = np.ndarray
 
 # Pixels that are supersampled together.
 _CHUNK = 1 << 12
-# Errors of a map are found at some places only: elsewhere they were seen to be 1.1 times larger at most.
+# Factor of the errors of a map at the checked places: elsewhere they were at most 1.1 times larger.
 _CAUTION = 2.0
 # Moments per pixel by which the shadow edge moves, while the camera moves.
 _PER_PIXEL = 2.0
@@ -75,7 +75,7 @@ def sky_end(viewer: Viewer, radius: float, rim: float = 0.0) -> Spherical:
         "that of the outermost photon orbit": kerr.photon_orbits(viewer.spin)[1],
         "that of the disk's outer rim": rim,
     }
-    what, least = max(within.items(), key=lambda one: one[1])
+    what, least = max(within.items(), key=lambda item: item[1])
     if not number > least:
         shown, limit = differing_digits(number, least)
         shown = quoted(radius) if math.isnan(number) else shown
@@ -99,10 +99,10 @@ def seen_sky(
     moments, counts, shares = [ExposedMoment(camera, view, 0.0, 0.0)], mapped.parts, [1.0]
     if exposure is not None:
         times = exposure.weight.divided(_moments(exposure))
-        moments, shares = [exposure.at(float(moment)) for moment in times.moment], times.light.tolist()
-        counts = np.full(len(mapped.left), _SUPERSAMPLED)
+        moments, shares = [exposure.moment_at(float(moment)) for moment in times.moment], times.light.tolist()
+        counts = np.full(len(mapped.uncovered), _SUPERSAMPLED)
     beams = mapped.beams + len(moments) * int((counts**2).sum())
-    chunks = [(mapped.left[part], int(counts[part[0]])) for part in in_chunks(counts, lambda _: _CHUNK)]
+    chunks = [(mapped.uncovered[part], int(counts[part[0]])) for part in in_chunks(counts, lambda _: _CHUNK)]
 
     def supersample(chunk: tuple[Array, int]) -> list[tuple[Parts, Array]]:
         return [_supersampled_pixels(moment, end, *chunk) for moment in moments]
@@ -112,16 +112,16 @@ def seen_sky(
     for (which, _), results in zip(chunks, supersampled, strict=True):
         inside = np.isfinite([direction[..., 0] for _, direction in results])
         visible_fraction.flat[which] = (np.reshape(shares, (-1, 1, 1, 1)) * inside).mean(axis=(0, 2, 3))
-        parts += [part._replace(share=one / len(moments)) for (part, _), one in zip(results, shares, strict=True)]
-    # So much of the sky, at least, lies in a pixel.
+        parts += [part._replace(share=share / len(moments)) for (part, _), share in zip(results, shares, strict=True)]
+    # The smallest angle of the sky in a pixel.
     least = float((mapped.cells.extent / mapped.cells.size).min(initial=view.pixel_angle))
     error = max(_CAUTION * float(mapped.cells.error.max(initial=0.0)), TOLERANCE / least)
-    return SeenSky(mapped.cells, parts, visible_fraction, len(mapped.left), beams, error)
+    return SeenSky(mapped.cells, parts, visible_fraction, len(mapped.uncovered), beams, error)
 
 
 def _moments(exposure: Exposure) -> int:
     """Number of moments at which pixels that no cell covers are supersampled: by the motion of the shadow edge."""
-    edges = [one.view.pixels(shadow_edge(one.camera, _EDGE_POINTS)) for one in exposure.moments]
+    edges = [moment.view.pixels(shadow_edge(moment.camera, _EDGE_POINTS)) for moment in exposure.moments]
     moved = np.abs(edges[2] - edges[0]).max(axis=1)
     reach = np.max(moved[np.isfinite(moved)], initial=0.0)
     return 2 * int(np.clip(_PER_PIXEL * reach, _FEWEST, _MOST) / 2) + 1
@@ -139,10 +139,10 @@ def _supersampled_pixels(
     beams = beams_of_directions(camera, sky, "auto", TOLERANCE, index=False, crossings=False, redshift=False, end=end)
     columns = slopes(beams, sky, steps) / count
     inside = np.isfinite(columns[..., 0, 0])
-    direction = turned(np.where(inside[..., None], beams.direction, np.nan), azimuth)
+    direction = rotated_about_axis(np.where(inside[..., None], beams.direction, np.nan), azimuth)
     middle, tables = beams.direction[inside], [columns.reshape(-1, 6)]
     numbers, own = (count, widest_aspect(1 / count)), np.flatnonzero(inside)
     matrix, bend = kernel("part_footprint").on_rays(numbers, (middle, own), tables=tables)
     footprint = Footprint(middle, matrix, bend, frequency_ratios(camera, end, sky[inside], middle[:, 2]))
     place = np.stack([x[inside], y[inside]], axis=-1)
-    return Parts(place, 1 / count, footprint.turned(azimuth)), direction
+    return Parts(place, 1 / count, footprint.turned_by(azimuth)), direction

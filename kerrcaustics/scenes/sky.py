@@ -1,4 +1,4 @@
-"""The base of all skies: the members that pictures ask for, and the check of the light that they return."""
+"""The base class of all skies, and the check of the light that they return."""
 
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -19,14 +19,14 @@ Array = np.ndarray
 class Sky(ABC):
     """A celestial sphere that can be seen: the base class of every sky.
 
-    A subclass has a method `light`, and sets those of the attributes that it needs.
+    A subclass has a method `light`; the attributes are optional.
 
     Attributes
     ----------
     points : PointLights or None
-        Points of light on it, which are drawn where their images lie; None without any.
+        Points of light on it, which are drawn at their images.
     sweep : float
-        Angle (radians) by which it turns about the spin axis while the picture is exposed, half of it on either side.
+        Angle (radians) by which it turns about the spin axis during the exposure, half of it on either side.
     smooth : bool
         True if its light changes so little with the direction that only its points need motion blur.
 
@@ -53,7 +53,7 @@ class Sky(ABC):
 
     @abstractmethod
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
-        """Linear sRGB light (n, 3) that n pixels receive of what is spread over the sky, without its points.
+        """Linear sRGB light (n, 3) that n pixels receive from the sky without its points.
 
         Parameters
         ----------
@@ -88,11 +88,11 @@ UNSHIFTED = Shifts(False, False)
 
 
 def check_sky(sky: Any, *, needed: bool = False) -> None:
-    """Raise ValueError for an object that is no sky; None is one unless it is needed."""
+    """Raise ValueError unless an object is a sky, or None and not needed."""
     if (needed or sky is not None) and not isinstance(sky, Sky):
         raise ValueError(f"Argument `sky` must be a `kerrcaustics.skies.Sky`, but is {quoted(sky)}.")
 
 
 def light_of_sky(sky: Sky, footprint: Footprint, shifts: Shifts) -> Float[Array, "pixels 3"]:
-    """The light (n, 3) of what is spread over a sky; ValueError if its method `light` returns no light."""
+    """The light (n, 3) of a sky without its points; ValueError if its method `light` returns no light."""
     return checked_source_light("sky", sky, sky.light(footprint, *shifts), len(footprint))

@@ -1,8 +1,8 @@
-"""Charts of the whole camera sky, for what a picture's own pixels are too coarse to resolve.
+"""Charts of the whole camera sky, finer than the pixels of a picture.
 
 Next to the shadow edge the map to the celestial sphere is smooth in the e-foldings of the distance to it: there an
-`EdgeChart` has as many pixels in each of them. Opposite to the hole, where its lines meet, lies a `CapChart`. Both are
-of the sky of a camera at rest, and look where the camera itself sees what lies there.
+`EdgeChart` has as many pixels in each of them. A `CapChart` covers the sky opposite to the hole, where its lines meet.
+Both are laid out on the sky of a camera at rest; their directions are those of the camera itself.
 """
 
 import math
@@ -20,13 +20,18 @@ from kerrcaustics.spacetime.viewer import Viewer
 Array = np.ndarray
 
 ROOT = 16
-"""Pixels of the largest cells: both charts have whole numbers of them."""
-# Pixels of the edge chart: in a circle round the hole, and in an e-folding.
-_ROUND, _FINE = 384, 64
-# Where the charts meet: e-foldings from the direction opposite to the hole. Of the cap so much more is covered.
-_CAP, _BEYOND = 0.35, 1.05
+"""Side of the largest cells, pixels: it divides the sides of both charts."""
+# Pixels of the edge chart in a circle round the hole.
+_ROUND = 384
+# Pixels of the edge chart in an e-folding of the distance to the edge.
+_FINE = 64
+# Border of both charts, e-foldings from the direction opposite to the hole.
+_CAP = 0.35
+# Factor by which the cap chart extends beyond the border.
+_BEYOND = 1.05
+# Side of the cap chart, pixels.
 _CAP_PIXELS = 128
-# No closer to the edge (radians) a direction in doubles is known well.
+# Smallest distance from the edge, radians: closer directions lose their digits in double precision.
 _NEAREST = 1e-9
 
 
@@ -34,7 +39,7 @@ class EdgeChart:
     """A chart whose columns are angles round the hole, and whose rows lead to a strip beside the shadow edge."""
 
     def __init__(self, camera: Viewer, strip: float, widest: float) -> None:
-        """strip: its width, as a part of the size of the shadow, or of the sky outside it; widest: radians."""
+        """strip: width of the strip, as a part of the size of shadow or outer sky; widest: its limit, radians."""
         self._frame, self._size = camera.frame(), edge_size(camera)
         sizes = self._size(np.linspace(0, 2 * math.pi, _ROUND))
         self.widest = math.pi - float(sizes.min())
@@ -43,7 +48,7 @@ class EdgeChart:
         self._strip = max(min(strip * scale, widest), _NEAREST)
         deepest = max(math.log(self.widest / self._strip), _CAP)
         self.width, self.height = _ROUND, max(math.ceil((deepest - _CAP) * _FINE / ROOT), 1) * ROOT
-        # So large is a pixel next to the edge, along it.
+        # Size of a pixel along the edge, next to it.
         self.pixel = 2 * math.pi / _ROUND * max(math.sin(float(sizes.mean())), 1e-6)
 
     def directions(self, x: ArrayLike, y: ArrayLike) -> tuple[Float[Array, "*batch 3"], Float[Array, "*batch 3 2"]]:
@@ -58,7 +63,7 @@ class EdgeChart:
         return angle, (math.pi - self._size(angle)) * np.exp(-_CAP - (y + 0.5) / _FINE)
 
     def places(self, sky: Float[Array, "n 3"]) -> Float[Array, "n 2"]:
-        """Places (n, 2) of directions N; below the chart for what lies in the shadow."""
+        """Places (n, 2) of directions N; directions in the shadow lie below the chart."""
         line_of_sight = line_of_sight_from_sky(self._frame, sky)
         angle = np.arctan2(line_of_sight[:, 2], line_of_sight[:, 1]) % (2 * math.pi)
         size = self._size(angle)
@@ -68,10 +73,10 @@ class EdgeChart:
 
 
 class CapChart:
-    """A chart of the sky opposite to the hole, as a fisheye sees it."""
+    """A chart of the sky opposite to the hole, in the fisheye projection."""
 
     def __init__(self, camera: Viewer, edge: EdgeChart) -> None:
-        """edge: the chart of the rest."""
+        """edge: the chart of the rest of the sky."""
         self._frame = camera.frame()
         angle = 2 * _BEYOND * (1 - math.exp(-_CAP)) * edge.widest
         self._view = View(_CAP_PIXELS, _CAP_PIXELS, angle, "fisheye", (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))

@@ -14,19 +14,23 @@ from kerrcaustics.beams.kernels.tables import Table, table_row
 from kerrcaustics.scenes.map_formulas import major_turn
 from kerrcaustics.spacetime.sphere import polar_basis
 
-# Probes along the major axis lie within two deviations; a footprint takes the next of these numbers of them.
+# Numbers of probes along the major axis, from which a footprint takes the next larger one.
 _PROBES = (1, 3, 5, 9, 17, 33)
+# Distance of the outermost probes from the middle, standard deviations.
 _DEVIATIONS = 2.0
-# How far probes and their boxes reach at most, in major axes: along a meridian, and where that is a small part of the
-# radius of the circle of latitude, along that too.
-_REACH, _STRAIGHT = 2.1, 0.05
+# Distance, in major axes, that no probe or box exceeds.
+_REACH = 2.1
+# Ratio of that distance to the radius of the circle of latitude below which the circle counts as straight.
+_STRAIGHT = 0.05
 
 
 class Smoothing(NamedTuple):
-    """How a sky is averaged over footprints: numbers of a call.
+    """Parameters of the average of a sky over footprints, the same in a call.
 
-    finest: size (radians) below which it has no detail; aspect: ratio of axes beyond which footprints are widened;
-    longest: length at which they are cut; deviation: of a pixel's filter, in pixels.
+    finest: size below which the sky has no detail, radians.
+    aspect: ratio of the axes beyond which footprints are widened.
+    longest: length at which axes are cut, radians.
+    deviation: standard deviation of a pixel's filter, pixels.
     """
 
     finest: Any
@@ -36,7 +40,12 @@ class Smoothing(NamedTuple):
 
 
 class Beam(NamedTuple):
-    """A footprint: n', the elements of its matrix by rows, its bend."""
+    """A footprint.
+
+    direction: (3,) n' of the middle.
+    matrix: (4,) elements of its matrix by rows, radians per pixel.
+    bend: as of `Footprint`, radians.
+    """
 
     direction: Any
     matrix: Any
@@ -44,7 +53,11 @@ class Beam(NamedTuple):
 
 
 class Ellipse(NamedTuple):
-    """A footprint as it is averaged over: its axes, and the unit tangent along the major one."""
+    """The ellipse over which a sky is averaged.
+
+    major, minor: axes, radians.
+    ahead: (3,) unit tangent along the major axis.
+    """
 
     major: Any
     minor: Any
@@ -52,10 +65,15 @@ class Ellipse(NamedTuple):
 
 
 class Swatches(NamedTuple):
-    """Rows and columns of swatches, and the part of each that is a gap; a flag: colours change along phi'; their table.
+    """Swatches on the sphere.
 
-    The table has a row for each swatch along the coordinate with the colours, and one more: integrals (2, 3) of the
-    colours of both parities, above the background, up to its start, in swatches; and the colours (2, 3).
+    rows: number of swatches from pole to pole.
+    columns: number of swatches once round.
+    gap: part of a swatch's period that is a gap.
+    by_longitude: 1 if colours change along phi', 0 if along theta'.
+    background: (3,) colour of the gaps.
+    table: (swatches + 1, 12): for each swatch along the coordinate with the colours the integrals (2, 3) of the colours
+        of both parities, above the background, up to its start, in swatches, and then the colours (2, 3) themselves.
     """
 
     rows: Any
@@ -69,8 +87,11 @@ class Swatches(NamedTuple):
 class Pyramid(NamedTuple):
     """A picture of the sphere (sphere_pyramid.py).
 
-    rows of its finest level; the number of levels; the rotation from its axes to those of the sky; pixels: a table;
-    levels: a table of the first pixel and the rows of each.
+    rows: number of rows of its finest level.
+    count: number of levels.
+    orientation: rotation (3, 3) from its axes to those of the sky.
+    pixels: (pixels, channels) light of all levels.
+    levels: (levels, 2) number of the first pixel, and rows.
     """
 
     rows: Any
@@ -106,7 +127,7 @@ def averaged(
     deviation : float
     channels : int
     skipped : flag
-        True if there is no need of the colours, which then are NaN.
+        True if the colours are not needed: they are then NaN.
 
     Notes
     -----
@@ -114,10 +135,10 @@ def averaged(
     is the excess of the major axis.
     """
     spread = deviation * jnp.sqrt(jnp.maximum(over.major**2 - over.minor**2, 0.0))
-    needed = 1 + jnp.ceil(2 * _DEVIATIONS * spread / over.minor - 0.5)
+    least = 1 + jnp.ceil(2 * _DEVIATIONS * spread / over.minor - 0.5)
     count = jnp.asarray(float(_PROBES[-1]))
     for fewer in reversed(_PROBES[:-1]):
-        count = jnp.where(needed <= fewer, float(fewer), count)
+        count = jnp.where(least <= fewer, float(fewer), count)
     is_one = count == 1
     size = jnp.where(is_one, jnp.sqrt(over.minor * over.major), over.minor)
     first = jnp.where(is_one, 0.0, -_DEVIATIONS)
@@ -125,16 +146,16 @@ def averaged(
     turn = _turning(step * spread)
     middle, ahead = _turning(first * spread)(jnp.stack(beam.direction), over.ahead)
 
-    def probe(now: Any) -> Any:
-        number, middle, ahead, weight, ratio, weights, light = now
+    def probe(state: Any) -> Any:
+        number, middle, ahead, weight, ratio, weights, light = state
         light = light + weight * sky(middle, size)
-        # A Gaussian at equal steps: ratios of its values have a ratio that stays.
+        # Ratios of a Gaussian's values at equal steps have a constant ratio.
         return number + 1, *turn(middle, ahead), weight * ratio, ratio * jnp.exp(-step * step), weights + weight, light
 
     ratio = jnp.exp(-step * (first + step / 2))
     start = (0.0, middle, ahead, 1.0, ratio, 0.0, jnp.zeros(channels))
     last = jnp.where(skipped, 0.0, count)
-    *_, weights, light = jax.lax.while_loop(lambda now: now[0] < last, probe, start)
+    *_, weights, light = jax.lax.while_loop(lambda state: state[0] < last, probe, start)
     return light / weights
 
 
@@ -156,31 +177,31 @@ def _angles(direction: Any) -> tuple[Any, Any, Any]:
 
 
 def swatches_light(board: Swatches, smoothing: Smoothing, beam: Beam) -> Any:
-    """Light (3,) of swatches in a footprint; that of the middle where it sees nothing but one swatch, or gaps."""
+    """Light (3,) of swatches in a footprint; that of its middle if it sees one swatch alone, or gaps alone."""
     over = ellipse(beam, smoothing)
     is_plain, plain = _plain_light(board, beam, over)
 
     def sky(middle: Any, size: Any) -> Any:
-        # A box of this half width has the deviation that is wanted.
+        # A box of this half width has the required deviation.
         return _box_light(board, middle, jnp.maximum(smoothing.deviation * math.sqrt(3) * size, 1e-9))
 
     mean = averaged(sky, beam, over, smoothing.deviation, 3, is_plain)
-    # Round-off may take a black one below 0.
+    # Round-off may make a black swatch negative.
     return jnp.maximum(jnp.where(is_plain, plain, mean), 0.0)
 
 
 def _plain_light(board: Swatches, beam: Beam, over: Ellipse) -> tuple[Any, Any]:
-    """True if a footprint sees nothing but one swatch, or gaps; and the colour (3,) in its middle."""
+    """True if a footprint sees one swatch alone, or gaps alone; and the colour (3,) in its middle."""
     theta, phi, across = _angles(beam.direction)
     reach, per_radian = _REACH * over.major, _swatches_per_radian(board)
     place = theta * per_radian[0], phi * per_radian[1]
-    # How far inside the swatch, or the gap beyond it, in rows and columns.
-    inside = [0.5 - board.gap / 2 - jnp.abs(at - jnp.floor(at) - 0.5) for at in place]
-    far = reach * per_radian[0], reach * per_radian[1] / across
-    on_swatch, on_gap = ([sign * part > off for part, off in zip(inside, far, strict=True)] for sign in (1, -1))
+    # Depth in the swatch, or negative in the gap beyond it, in rows and columns.
+    depth = [0.5 - board.gap / 2 - jnp.abs(along - jnp.floor(along) - 0.5) for along in place]
+    reaches = reach * per_radian[0], reach * per_radian[1] / across
+    on_swatch, on_gap = ([sign * part > far for part, far in zip(depth, reaches, strict=True)] for sign in (1, -1))
     swatch = on_swatch[0] & on_swatch[1]
     coloured, alternating = _ordered(board, *place)
-    colours = table_row(board.table, _within(board, coloured)[0])[6:].reshape(2, 3)
+    colours = table_row(board.table, _swatch_part(board, coloured)[0])[6:].reshape(2, 3)
     colour = jnp.where(alternating - 2 * jnp.floor(alternating / 2) < 1, colours[0], colours[1])
     is_plain = (reach < _STRAIGHT * across) & (swatch | on_gap[0] | on_gap[1])
     return is_plain, jnp.stack(board.background) + jnp.where(swatch, colour, 0.0)
@@ -190,12 +211,12 @@ def _box_light(board: Swatches, direction: Any, half: Any) -> Any:
     """Mean colours (3,) over a box in theta' and phi' with a half width (radians)."""
     theta, phi, across = _angles(direction)
     half_phi, per_radian = jnp.minimum(half / across, math.pi), _swatches_per_radian(board)
-    # What a box reaches beyond a pole is left out: on the other side all meridians meet as well.
-    rows = [at * per_radian[0] for at in (jnp.maximum(theta - half, 0.0), jnp.minimum(theta + half, math.pi))]
-    columns = [at * per_radian[1] for at in (phi - half_phi, phi + half_phi)]
+    # The part of a box beyond a pole is left out.
+    rows = [angle * per_radian[0] for angle in (jnp.maximum(theta - half, 0.0), jnp.minimum(theta + half, math.pi))]
+    columns = [angle * per_radian[1] for angle in (phi - half_phi, phi + half_phi)]
     coloured, alternating = zip(*(_ordered(board, *ends) for ends in zip(rows, columns, strict=True)), strict=True)
-    (low, first), (high, last) = (_integral_of_colours(board, at) for at in coloured)
-    before, after = (_integrals_of_parities(board, at) for at in alternating)
+    (low, first), (high, last) = (_integral_of_colours(board, place) for place in coloured)
+    before, after = (_integrals_of_parities(board, place) for place in alternating)
     scale = 1 / ((rows[1] - rows[0]) * (columns[1] - columns[0]))
     once = table_row(board.table, jnp.maximum(board.rows, board.columns))[:6]
     colours = (once * (last - first) + (high - low)).reshape(2, 3)
@@ -208,39 +229,39 @@ def _swatches_per_radian(board: Swatches) -> tuple[Any, Any]:
 
 
 def _ordered(board: Swatches, row: Any, column: Any) -> tuple[Any, Any]:
-    """Places along both coordinates, first that along which colours change."""
+    """Places along both coordinates, the coordinate with the colours first."""
     by_longitude = board.by_longitude > 0.5
     return jnp.where(by_longitude, column, row), jnp.where(by_longitude, row, column)
 
 
-def _within(board: Swatches, place: Any) -> tuple[Any, Any, Any]:
-    """The swatch, the part of it, and the whole turns of a place along which colours change."""
+def _swatch_part(board: Swatches, place: Any) -> tuple[Any, Any, Any]:
+    """The swatch, the part of it, and the whole turns of a place along the coordinate with the colours."""
     count = jnp.where(board.by_longitude > 0.5, board.columns, board.rows)
     turns = jnp.floor(place / count)
     part = place - turns * count
-    # Round-off may lead beyond the last one.
+    # Round-off may lead beyond the last swatch.
     swatch = jnp.minimum(jnp.floor(part), count - 1)
     return swatch, part - swatch, turns
 
 
 def _integral_of_colours(board: Swatches, place: Any) -> tuple[Any, Any]:
-    """Integral (6,) of the colours of both parities from the turn's begin to a place, in swatches; whole turns."""
-    swatch, part, turns = _within(board, place)
+    """Integral (6,) of the colours of both parities from the start of the turn, in swatches; and whole turns."""
+    swatch, part, turns = _swatch_part(board, place)
     row = table_row(board.table, swatch)
     return row[:6] + row[6:] * _covered(board, part), turns
 
 
 def _integrals_of_parities(board: Swatches, place: Any) -> tuple[Any, Any]:
-    """Integrals from 0 to a place of every second swatch: of those of even numbers, and of odd ones."""
+    """Lengths of the swatches of even and of odd number between 0 and a place."""
     pairs = jnp.floor(place / 2)
     part, whole = place - 2 * pairs, pairs * (1 - board.gap)
     return whole + _covered(board, part), whole + _covered(board, part - 1)
 
 
 def _covered(board: Swatches, part: Any) -> Any:
-    """The length of what is no gap between the start of a swatch and a place in it."""
+    """The length without gaps between the start of a swatch and a place in it."""
     past, whole = part - board.gap / 2, 1 - board.gap
-    # Simpler than a clip, which has a case for what is no number.
+    # Cheaper than `clip`, which treats NaN separately.
     return jnp.where(past > 0, jnp.where(past < whole, past, whole), 0.0)
 
 
@@ -275,7 +296,7 @@ def _looked_up(picture: Pyramid, level: Any, down: Any, right: Any) -> Any:
     return upper + v * (lower - upper)
 
 
-# They stand where functions have numbers.
+# Kinds of numbers in the signatures of kernels.
 _ONE: Any = Number.OF_CALL
 _EACH: Any = Number.OF_RAY
 _SMOOTHING = Smoothing(*[_ONE] * 4)
@@ -285,9 +306,9 @@ _BEAM = Beam((_EACH,) * 3, (_EACH,) * 4, _EACH)
 def programs() -> dict[str, Program]:
     """The kernels of skies by their names."""
     swatches = Swatches(_ONE, _ONE, _ONE, _ONE, (_ONE,) * 3, Table(12))
-    made = {"swatches": Program(swatches_light, (swatches, _SMOOTHING, _BEAM))}
+    kernels = {"swatches": Program(swatches_light, (swatches, _SMOOTHING, _BEAM))}
     for channels, dtype in product((1, 3), ("f4", "f2")):
         picture = Pyramid(_ONE, _ONE, ((_ONE,) * 3,) * 3, Table(channels, dtype), Table(2))
         function = partial(picture_light, channels=channels)
-        made[f"picture_{channels}_{dtype}"] = Program(function, (picture, _SMOOTHING, _BEAM))
-    return made
+        kernels[f"picture_{channels}_{dtype}"] = Program(function, (picture, _SMOOTHING, _BEAM))
+    return kernels

@@ -1,6 +1,6 @@
 """The light of a sky in the pixels of a picture, from cells that see it (sky_cells.py) and parts of pixels beside them.
 
-What is spread over the sky is averaged over footprints; what comes from points is drawn where their images lie.
+Spread light is averaged over footprints; points of light are drawn at their images.
 """
 
 from collections.abc import Callable, Iterator
@@ -15,10 +15,10 @@ import numpy as np
 from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.trace import cores
 from kerrcaustics.results.stages import stage
+from kerrcaustics.scenes.blur import SkyTurn
 from kerrcaustics.scenes.colour import shifted_light
 from kerrcaustics.scenes.footprint import Footprint, singular_values
-from kerrcaustics.scenes.motion import BOX, ShutterWeight
-from kerrcaustics.scenes.points import PointLights, drawn, moved
+from kerrcaustics.scenes.points import PointLights, displacements, draw_points
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky import Shifts, Sky, light_of_sky
 from kerrcaustics.scenes.sky_cells import (
@@ -32,7 +32,7 @@ from kerrcaustics.scenes.sky_cells import (
     turning,
 )
 from kerrcaustics.scenes.star_search import PictureImages, StarSearch
-from kerrcaustics.scenes.unresolved_stars import faded, footing
+from kerrcaustics.scenes.unresolved_stars import faded_fraction, pixel_solid_angles
 from kerrcaustics.shapes import Bool, Float, Float32, Int
 from kerrcaustics.spacetime.frame import redshift
 from kerrcaustics.spacetime.sphere import polar_basis
@@ -41,11 +41,13 @@ from kerrcaustics.spacetime.viewer import Viewer
 Array = np.ndarray
 Light = Float[Array, "h w 3"]
 
-# Parts of pixels that are lit together: they fit in a core's cache.
+# Parts of pixels that a core lights at a time: they fit in its cache.
 _TOGETHER = 1 << 15
-# Footprints that move farther than this (pixels) are swept in several parts of the exposure; at most so many.
-_LONGEST_SWEEP, _MOST_SWEEPS = 1.5, 32
-# Longest trace that is drawn at once, pixels: a longer one is drawn from two halves of the exposure.
+# Longest motion of a footprint in a part of the exposure, pixels.
+_LONGEST_SWEEP = 1.5
+# Largest number of such parts.
+_MOST_SWEEPS = 32
+# Longest trace that is drawn at once, pixels: longer traces are drawn from two halves of the exposure.
 _LONGEST_TRACE = 64.0
 # Largest distance of such a trace from a straight line, pixels.
 _STRAIGHT = 0.3
@@ -76,57 +78,63 @@ def sky_light(
     view: Raster,
     sky: Sky,
     cells: SkyCells,
-    left: list[Parts],
+    uncovered: list[Parts],
     search: Callable[[], StarSearch],
     shifts: Shifts,
-    turn: float = 0.0,
+    turn: SkyTurn,
     end: Spherical = SKY,
-    weight: ShutterWeight = BOX,
 ) -> Float[Array, "h w 3"]:
     """Linear light (h, w, 3) of a picture.
 
-    left: parts of pixels that no cell covers; search: for images of stars; turn: angle (radians) by which all of the
-    sky turns about the spin axis while the picture is exposed, half of it on either side; end: the sphere with the sky;
-    weight: of the moments meanwhile.
+    uncovered: parts of the pixels that no cell covers.
+    search: function that returns the search for images of stars.
+    turn: turn of the sky during the exposure.
+    end: the sphere with the sky.
     """
     light, count = np.zeros((view.height * view.width, 3), np.float32), parts_of(cells)
     covering, points = covering_cells(cells, view.shape), sky.points
     lighting = _Lighting(camera, view, end, sky, points, shifts)
-    sweep = turn + sky.sweep
-    drift = 0.0 if sky.smooth else sweep
     with ThreadPoolExecutor(cores()) as pool:
         patches = Patches(cells)
-        for which, moments in _sweeps(cells, count == 1, drift, weight):
+        for which, moments in _sweeps(cells, count == 1, turn):
             some = _split(covered_pixels(covering, which), _TOGETHER)
             for times in moments:
-                now = _CellsNow.of(cells, patches, drift, times)
-                list(pool.map(partial(lighting.add, light, covering, now), some))
-        moment, _, spread = (float(part) for part in weight.over(0.0, 1.0))
-        lit = partial(lighting.of_part, motion=(drift * moment, drift * spread))
-        lights = [pool.map(lit, _pieces(left))]
+                moved = _MovedPatches.at_times(cells, patches, turn.spread, times)
+                list(pool.map(partial(lighting.add, light, covering, moved), some))
+        moment, _, extent = (float(part) for part in turn.weight.parts_about(0.0, 1.0))
+        part_light = partial(lighting.part_light, motion=(turn.spread * moment, turn.spread * extent))
+        lights = [pool.map(part_light, _chunks(uncovered))]
         for n in (2, PARTS):
             some = _split(covered_pixels(covering, count == n), _TOGETHER // n**2)
-            lights.append(pool.map(lambda pixel, n=n: lit(lighting.divided(patches, covering, pixel, n)), some))
+            lights.append(pool.map(lambda pixel, n=n: part_light(lighting.divided(patches, covering, pixel, n)), some))
         for pixel, values in chain(*lights):
             _add(light, pixel, values)
         light = light.reshape(view.height, view.width, 3)
         if points is not None and len(points.direction):
-            _StarDrawing(camera, view, end, search(), shifts, weight, pool).draw(light, points, sweep)
+            _StarDrawing(camera, view, end, search(), shifts, turn, pool).draw(light, points)
     return light
 
 
 class _Times(NamedTuple):
-    """A part of an exposure: its mean moment, its share of the light, and how long a box of its variance is."""
+    """A part of an exposure.
+
+    moment: mean moment, from -1/2 to 1/2.
+    share: share of the light.
+    spread: length of a box with its variance, in units of the exposure.
+    """
 
     moment: float
     share: float
     spread: float
 
 
-class _CellsNow(NamedTuple):
-    """Patches of cells at the mean moment of a part of an exposure.
+class _MovedPatches(NamedTuple):
+    """Patches of cells in a part of an exposure.
 
-    rates: how they change over all of it, if they do; drift: the angle by which the sky turns about the spin axis.
+    patches: the patches at its mean moment.
+    rates: their change over the whole exposure; None if they stay.
+    drift: angle by which spread light turns in the whole exposure, radians.
+    times: the part of the exposure.
     """
 
     patches: Patches
@@ -135,11 +143,11 @@ class _CellsNow(NamedTuple):
     times: _Times
 
     @classmethod
-    def of(cls, cells: SkyCells, patches: Patches, drift: float, times: _Times) -> "_CellsNow":
-        """Those of some cells; patches: of the middle of the exposure."""
+    def at_times(cls, cells: SkyCells, patches: Patches, drift: float, times: _Times) -> "_MovedPatches":
+        """The patches of some cells in a part of an exposure; patches: those in the middle of the exposure."""
         if not cells.moving:
             return cls(patches, None, drift, times)
-        return cls(Patches(cells.at(times.moment)), Patches(cells, cells.rates), drift, times)
+        return cls(Patches(cells.at_moment(times.moment)), Patches(cells, cells.rates), drift, times)
 
     def swept(self, footprint: Footprint, places: CellPlaces) -> Footprint:
         """The footprints of squares, as they move over the sky."""
@@ -148,21 +156,21 @@ class _CellsNow(NamedTuple):
         motion = -self.drift * turning(footprint.direction)
         if self.rates is not None:
             motion += self.rates.values(places)
-        return _swept(footprint, self.times.spread * motion).turned(-self.drift * self.times.moment)
+        return _swept(footprint, self.times.spread * motion).turned_by(-self.drift * self.times.moment)
 
 
 def _sweeps(
-    cells: SkyCells, which: Bool[Array, " n"], turn: float, weight: ShutterWeight
+    cells: SkyCells, which: Bool[Array, " n"], turn: SkyTurn
 ) -> Iterator[tuple[Bool[Array, " n"], list[_Times]]]:
-    """Some cells, and the parts of an exposure so short that no footprint of theirs moves far; powers of two."""
-    if not cells.moving and not turn:
+    """Groups of cells, each with parts of the exposure so short that their footprints move little in one."""
+    if not cells.moving and not turn.spread:
         yield which, [_Times(0.0, 1.0, 1.0)]
         return
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.nan_to_num(cells.pixels_moved(turn) / _LONGEST_SWEEP, nan=1.0, posinf=_MOST_SWEEPS)
+        ratio = np.nan_to_num(cells.pixels_moved(turn.spread) / _LONGEST_SWEEP, nan=1.0, posinf=_MOST_SWEEPS)
     sweeps = 2 ** np.ceil(np.log2(np.clip(ratio, 1, _MOST_SWEEPS))).astype(int)
     for count in np.unique(sweeps[which]).tolist():
-        parts = np.stack(weight.divided(count), axis=-1).tolist()
+        parts = np.stack(turn.weight.divided(count), axis=-1).tolist()
         times = [_Times(moment, light / count, spread) for moment, light, spread in parts]
         yield which & (sweeps == count), times
 
@@ -170,15 +178,15 @@ def _sweeps(
 def _swept(footprint: Footprint, motion: Float[Array, "m 3"]) -> Footprint:
     """Footprints that move over the sky by (m, 3): covariances of both add up.
 
-    A pixel's Gaussian has the deviation of half its footprint, and a straight way of length d that of d / sqrt 12.
+    A pixel's Gaussian has the deviation of half its footprint, and a straight path of length d that of d / sqrt 12.
     """
-    way = np.stack([(axis * motion).sum(axis=1) for axis in polar_basis(footprint.direction)], axis=-1)
+    path = np.stack([(axis * motion).sum(axis=1) for axis in polar_basis(footprint.direction)], axis=-1)
     along = singular_values(footprint.matrix)[2]
     across = np.stack([-np.sin(along), np.cos(along)], axis=-1) * footprint.bend[:, None]
     square = footprint.matrix @ np.swapaxes(footprint.matrix, 1, 2)
-    for scale, vector in ((1.0, across), (1 / 3, way)):
+    for scale, vector in ((1.0, across), (1 / 3, path)):
         square = square + scale * vector[:, :, None] * vector[:, None, :]
-    return replace(footprint, matrix=_root(square), bend=np.zeros(len(way)))
+    return replace(footprint, matrix=_root(square), bend=np.zeros(len(path)))
 
 
 def _root(square: Float[Array, "m 2 2"]) -> Float[Array, "m 2 2"]:
@@ -189,7 +197,14 @@ def _root(square: Float[Array, "m 2 2"]) -> Float[Array, "m 2 2"]:
 
 
 class _Lighting(NamedTuple):
-    """What lights pixels: all but the points of light that they resolve."""
+    """The light of pixels without the points of light that they resolve.
+
+    camera, view: the viewer and its picture.
+    end: the sphere with the sky.
+    sky: the sky.
+    points: its points of light; None without any.
+    shifts: shifts of light.
+    """
 
     camera: Viewer
     view: Raster
@@ -199,31 +214,35 @@ class _Lighting(NamedTuple):
     shifts: Shifts
 
     def add(
-        self, light: Float[Array, "pixels 3"], covering: Int[Array, "h w"], now: _CellsNow, pixel: Int[Array, " m"]
+        self,
+        light: Float[Array, "pixels 3"],
+        covering: Int[Array, "h w"],
+        moved: _MovedPatches,
+        pixel: Int[Array, " m"],
     ) -> None:
-        """Add to the light of a picture that of pixels that cells cover, in a part of the exposure."""
-        places = CellPlaces.of(pixel, covering, 1)
-        footprint = self._footprint(now.patches, places)
+        """Add the light of pixels that cells cover to a picture, for a part of the exposure."""
+        places = CellPlaces.pixel_parts(pixel, covering, 1)
+        footprint = self._footprint(moved.patches, places)
         stars = self._unresolved(places.x, places.y, footprint, 1.0)
-        received = light_of_sky(self.sky, now.swept(footprint, places), self.shifts) + stars
-        _add(light, pixel, now.times.share * received)
+        received = light_of_sky(self.sky, moved.swept(footprint, places), self.shifts) + stars
+        _add(light, pixel, moved.times.share * received)
 
     def divided(self, patches: Patches, covering: Int[Array, "h w"], pixel: Int[Array, " m"], count: int) -> Parts:
         """The count x count parts of pixels that cells cover."""
-        places = CellPlaces.of(pixel, covering, count)
+        places = CellPlaces.pixel_parts(pixel, covering, count)
         return Parts(np.stack(places[:2], axis=-1), places.side, self._footprint(patches, places))
 
-    def of_part(self, part: Parts, motion: tuple[float, float]) -> tuple[Int[Array, " m"], Float[Array, "m 3"]]:
-        """Pixels (m,), and the light (m, 3) that their parts add; motion: the mean turn of the sky, and its extent."""
+    def part_light(self, part: Parts, motion: tuple[float, float]) -> tuple[Int[Array, " m"], Float[Array, "m 3"]]:
+        """Pixels (m,), and the light (m, 3) of their parts; motion: mean and extent of the turn of the sky, radians."""
         footprint = part.footprint
         stars = self._unresolved(part.place[:, 0], part.place[:, 1], footprint, part.side)
-        turned, turn = motion
-        if turn:
-            footprint = _swept(footprint, turn * turning(footprint.direction)).turned(-turned)
+        mean, extent = motion
+        if extent:
+            footprint = _swept(footprint, extent * turning(footprint.direction)).turned_by(-mean)
         light = (light_of_sky(self.sky, footprint, self.shifts) + stars) * (part.share * part.side**2)
         x, y = np.round(part.place).astype(int).T
         pixel = y * self.view.width + x
-        # Parts of a pixel follow each other.
+        # Parts of a pixel are consecutive.
         first = np.flatnonzero(np.diff(pixel, prepend=-1))
         return pixel[first], np.add.reduceat(light, first, axis=0)
 
@@ -242,14 +261,14 @@ class _Lighting(NamedTuple):
         if self.points is None or not len(footprint):
             return 0.0
         light = np.zeros((len(footprint), 3))
-        # No pixel sees more than the square of the longest side of what it sees.
+        # An upper limit of the solid angle that a part sees: the square of the longest axis of its footprint.
         square = np.square(footprint.matrix.reshape(-1, 4)) @ np.ones(4)
         some = np.flatnonzero(square > side**2 * self.points.limits.min(initial=np.inf))
         if len(some):
             sky = self.view.directions(x[some], y[some])[0]
             major = singular_values(footprint.matrix[some])[0] / side
-            seen = footing(self.camera, self.view.pixel_angle).seen(major, sky)
-            light[some] = self.points.mean_light(seen, footprint.part(some), *self.shifts)
+            solid_angles = pixel_solid_angles(self.camera, self.view.pixel_angle).values(major, sky)
+            light[some] = self.points.mean_light(solid_angles, footprint.part(some), *self.shifts)
         return light
 
 
@@ -265,7 +284,7 @@ def _add(light: Float32[Array, "pixels 3"], pixel: Int[Array, " m"], values: Flo
     """Add values to different pixels."""
     some = np.take(light, pixel, axis=0)
     some += values
-    # As one item of each pixel: three times as fast.
+    # Whole pixels as items are three times as fast.
     item = np.dtype((np.void, 12))
     light.view(item)[pixel] = some.view(item)
 
@@ -274,7 +293,7 @@ def _split(pixel: Int[Array, " n"], together: int) -> list[Int[Array, " _m"]]:
     return np.split(pixel, range(together, len(pixel), together))
 
 
-def _pieces(parts: list[Parts]) -> Iterator[Parts]:
+def _chunks(parts: list[Parts]) -> Iterator[Parts]:
     for part in parts:
         for start in range(0, len(part.place), _TOGETHER):
             piece = slice(start, start + _TOGETHER)
@@ -282,27 +301,36 @@ def _pieces(parts: list[Parts]) -> Iterator[Parts]:
 
 
 class _StarDrawing(NamedTuple):
-    """The drawing of points of light on a picture."""
+    """The drawing of points of light on a picture.
+
+    camera, view: the viewer and its picture.
+    end: the sphere with the sky.
+    search: search for images of stars.
+    shifts: shifts of light.
+    turn: turn of the sky during the exposure.
+    pool: threads of the search.
+    """
 
     camera: Viewer
     view: Raster
     end: Spherical
     search: StarSearch
     shifts: Shifts
-    weight: ShutterWeight
+    turn: SkyTurn
     pool: ThreadPoolExecutor
 
     @stage("stars")
-    def draw(self, light: Float[Array, "h w 3"], points: PointLights, sweep: float) -> None:
-        """Add stars to a picture while they turn about the spin axis by an angle, and cells move.
+    def draw(self, light: Float[Array, "h w 3"], points: PointLights) -> None:
+        """Add stars to a picture while they turn about the spin axis and cells move.
 
         Traces that are not straight are drawn from two halves of the exposure, and these from their halves.
         """
+        angle = self.turn.points
         which, middle, share = np.arange(len(points.direction)), np.zeros(len(points.direction)), 1.0
         for halving in range(_HALVINGS + 1):
-            some = points.some(which, sweep * middle) if halving or sweep else points
+            some = points.some(which, angle * middle) if halving or angle else points
             images = self.search.images(some, middle, self.pool)
-            trace, strays = _trace(images, some, sweep, share)
+            trace, strays = _trace(images, some, angle, share)
             far = np.unique(images.star[strays]) if halving < _HALVINGS else np.zeros(0, int)
             straight = ~np.isin(images.star, far)
             when = middle[images.star][straight], share
@@ -320,38 +348,39 @@ class _StarDrawing(NamedTuple):
         points: PointLights,
         when: tuple[Float[Array, " m"], float],
     ) -> None:
-        """Draw images along their traces; when: the middles of these in the exposure, and their share of it."""
+        """Draw images along their traces; when: the middles of the traces in the exposure, and their share of it."""
         middle, share = when
         if not len(images.star):
             return
-        kept = 1 - faded(images.seen(self.camera, self.view), points.limits[images.star])
-        give = points.flux[images.star] * (share * kept * images.magnification)[:, None]
+        share_of_images = 1 - faded_fraction(images.solid_angles(self.camera, self.view), points.limits[images.star])
+        power = points.flux[images.star] * (share * share_of_images * images.magnification)[:, None]
         if any(self.shifts):
             cosine = points.direction[images.star, 2]
             ratio = frequency_ratios(self.camera, self.end, self.view.directions(*images.place.T)[0], cosine)
-            give *= shifted_light(ratio, *self.shifts, points.temperature[images.star], points.response)
+            power *= shifted_light(ratio, *self.shifts, points.temperature[images.star], points.response)
         length = np.abs(trace).max(axis=1) / _APART
         doublings = np.ceil(np.log2(np.maximum(length, 1))).astype(int)
         for doubling in np.unique(doublings):
             same, count = doublings == doubling, 2 ** int(doubling)
             moment = ((np.arange(count) + 0.5) / count - 0.5)[:, None]
-            part = self.weight.over(middle[same] + share * moment, share / count)
+            part = self.turn.weight.parts_about(middle[same] + share * moment, share / count)
             along = ((part.moment - middle[same]) / share)[..., None]
-            place, power = images.place[same] + along * trace[same], part.light[..., None] * give[same] / count
-            drawn(light, self.view, place.reshape(-1, 2), power.reshape(-1, 3))
+            place = images.place[same] + along * trace[same]
+            powers = part.light[..., None] * power[same] / count
+            draw_points(light, self.view, place.reshape(-1, 2), powers.reshape(-1, 3))
 
 
 def _trace(
     images: PictureImages, points: PointLights, angle: float, share: float
 ) -> tuple[Float[Array, "m 2"], Bool[Array, " m"]]:
-    """Displacements (m, 2), in pixels, of images in a share of the exposure; the mask of those that are not straight.
+    """Displacements (m, 2), in pixels, of images in a share of the exposure, and the mask of bent traces.
 
     angle: by which stars turn about the spin axis in all of it.
     """
-    trace = moved(images, share * (angle * turning(points.direction[images.star]) - images.rate[:, 0]))
+    trace = displacements(images, share * (angle * turning(points.direction[images.star]) - images.rate[:, 0]))
     squares = np.stack([trace[:, 0] ** 2, 2 * trace[:, 0] * trace[:, 1], trace[:, 1] ** 2], axis=-1)
-    # The second derivative of a place whose n' stays: that of the map along the trace, and twice that of its motion.
+    # Second derivative of a place of constant n': that of the map along the trace, and twice that of its motion.
     bending = (squares[..., None] * images.curving).sum(axis=1)
     bending += 2 * share * (trace[..., None] * images.rate[:, 1:]).sum(axis=1)
-    strayed = moved(images, bending / 8)
+    strayed = displacements(images, bending / 8)
     return trace, (np.abs(strayed).max(axis=1) > _STRAIGHT) | (np.abs(trace).max(axis=1) > _LONGEST_TRACE)

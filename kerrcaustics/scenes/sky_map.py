@@ -1,10 +1,11 @@
-"""The map of a picture to the celestial sphere, or to one of finite radius: n' of every pixel, from few beams.
+"""The map of a picture to the celestial sphere, or to a sphere of finite radius: n' of every pixel, from few beams.
 
 Away from the shadow edge n' is a smooth function of the place on the picture. So beams are traced at the corners of
-square cells, and coons_patches.py joins them. Rays check the patch of each cell; cells that are off are
-divided, down to single pixels. Pixels on the shadow edge, and the few next to it where no patch is good, are left over.
+square cells, and coons_patches.py joins them. Rays check the patch of each cell; cells with large errors are
+divided, down to single pixels. Pixels on the shadow edge, and the few next to it without a good patch, stay uncovered.
 
-While the camera moves, n' of a cell moves straight on: what does not, and what the shadow edge passes over, is divided.
+While the camera moves, n' of a cell moves along a straight line; cells where it does not, and cells that the shadow
+edge passes over, are divided.
 """
 
 from collections.abc import Callable
@@ -20,7 +21,7 @@ from kerrcaustics.beams.beam import Beams
 from kerrcaustics.beams.ends import SKY, Spherical
 from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.beams.trace import beams_of_directions, cores, rays_of_directions
-from kerrcaustics.scenes.footprint import turned
+from kerrcaustics.scenes.footprint import rotated_about_axis
 from kerrcaustics.scenes.motion import ExposedMoment, Exposure
 from kerrcaustics.scenes.quadtree import Division, Level, Squares, joined
 from kerrcaustics.scenes.raster import Raster
@@ -34,29 +35,35 @@ Array = np.ndarray
 Plane = Raster | EdgeChart | CapChart
 """A rectangle of pixels, each with a direction: it is divided into cells."""
 
-# A hundredth of a pixel is visible: beams need not be better.
 TOLERANCE = 1e-7
-# The largest cells: pixels, and radians.
-_LARGEST, _LARGEST_ANGLE = 32, 0.05
-# Stars shine into a picture from so many pixels beyond its border.
+"""Tolerance of beams, radians: far less than a hundredth of a pixel."""
+# Side of the largest cells, pixels.
+_LARGEST = 32
+# Side of the largest cells, radians.
+_LARGEST_ANGLE = 0.05
+# Pixels beyond the border of a picture from which stars shine into it.
 _MARGIN = 1
-# Where patches are checked by rays, in units of the cell, as in map_formulas.py: its middle, and those of two edges.
+# Places where rays check patches, in units of the cell, as in map_formulas.py: its middle, and those of two edges.
 _CHECKS = ((0.5, 0.5), (0.5, 0.0), (0.0, 0.5))
-# Points of the shadow edge that no cell may hide.
+# Points of the shadow edge: cells that contain one are divided.
 _EDGE_POINTS = 1440
-# Largest error of n', in pixels, when an exposure begins and ends.
 CROOKED = 0.25
-# Of a shadow edge that moves, so many moments are looked at, and the pixels beside it.
+"""Largest deviation of n' from straight motion at the ends of an exposure, pixels."""
+# Number of moments at which a moving shadow edge is evaluated.
 _EDGES = 16
+# Steps to the neighbouring pixels of a moving edge, and to the pixel itself.
 _BESIDE = np.stack(np.meshgrid(*2 * [np.arange(-1, 2)]), axis=-1).reshape(-1, 2)
 Rows = TypeVar("Rows", "SkyCorners", SkyCells)
 
 
 class SkyCorners(NamedTuple):
-    """Beams at corners of cells: key, sorted; place (n, 3), n'; slope (n, 3, 2), its change per pixel along x and y.
+    """Beams at corners of cells.
 
-    moved (n, 4, 3): over an exposure how much these three change, and how far n' is off from moving straight on;
-    (n, 0, 3) where nothing moves.
+    key: (n,) numbers of the places, ascending.
+    place: (n, 3) n'.
+    slope: (n, 3, 2) changes of n' per pixel along x and y.
+    moved: (n, 4, 3) changes of n' and of both slopes over an exposure, and the deviation of n' from straight motion;
+        (n, 0, 3) if nothing moves.
     """
 
     key: Array
@@ -65,19 +72,22 @@ class SkyCorners(NamedTuple):
     moved: Array
 
     @property
-    def there(self) -> Bool[Array, " n"]:
-        """True for those that reach the celestial sphere."""
+    def escaped(self) -> Bool[Array, " n"]:
+        """True for beams that reach the celestial sphere."""
         return np.isfinite(self.slope[:, 0, 0] + self.moved.sum(axis=(1, 2)))
 
 
 class SkyMap(NamedTuple):
-    """A picture's map to the celestial sphere: its cells, and how many beams it took.
+    """The map of a picture to the celestial sphere.
 
-    left: the pixels left over, by their numbers in reading order; parts: into how many each way they are to be divided.
+    cells: cells of the map.
+    uncovered: (m,) numbers of the pixels that no cell covers, in reading order.
+    parts: (m,) numbers of parts each way into which these pixels are to be divided.
+    beams: number of beams traced.
     """
 
     cells: SkyCells
-    left: Int[Array, " m"]
+    uncovered: Int[Array, " m"]
     parts: Int[Array, " m"]
     beams: int
 
@@ -85,8 +95,8 @@ class SkyMap(NamedTuple):
 class Cut(NamedTuple):
     """The division of a chart into cells.
 
-    root: the size of the largest cells, a power of two that divides width and height; wide: radians of the sky that a
-    cell may see.
+    root: size of the largest cells, a power of two that divides width and height.
+    wide: largest angle of the sky that a cell sees, radians.
     """
 
     root: int
@@ -96,7 +106,12 @@ class Cut(NamedTuple):
 class _SkyLattice(NamedTuple):
     """Corners of cells, in whole pixels from the upper left corner of the first one.
 
-    end: the sphere that is seen; size: of the largest cells; margin: pixels beyond each side that cells cover too.
+    camera: the viewer.
+    view: its picture, or a chart.
+    exposure: the exposure if the camera moves.
+    end: the sphere with the sky.
+    size: size of the largest cells, pixels.
+    margin: number of pixels beyond each side that cells cover too.
     """
 
     camera: Viewer
@@ -123,12 +138,12 @@ class _SkyLattice(NamedTuple):
         return Squares.over(self.view.width + 2 * self.margin, self.view.height + 2 * self.margin, self.size)
 
     def pixel_counts(self, hidden: Bool[Array, "h w"]) -> Int[Array, "h+1 w+1"]:
-        """Number of visible pixels above and left of each corner; those of the margin as their neighbours."""
+        """Number of visible pixels above and left of each corner; the margin repeats the pixels beside it."""
         x, y = self.origin
         beyond = np.pad(~hidden, self.margin, mode="edge")
         lattice = np.pad(beyond, ((y - self.margin, self.size), (x - self.margin, self.size)))
         counts = np.pad(lattice, ((1, 0), (1, 0))).cumsum(axis=1, dtype=np.int32)
-        # Many times as fast as `cumsum` of columns.
+        # Much faster than `cumsum` of columns.
         for above, row in pairwise(counts):
             row += above
         return counts
@@ -143,11 +158,11 @@ class _SkyLattice(NamedTuple):
         if self.exposure is None:
             place, slope = _beams(self.camera, self.view, x, y, self.end)
             return SkyCorners(key, place, slope, np.zeros((len(key), 0, 3)))
-        # The sky is at rest, and the camera goes round.
-        first, now, last = (_columns(moment, x, y, self.end) for moment in self.exposure.moments)
-        off = (first[:, :1] + last[:, :1]) / 2 - now[:, :1]
-        moved = np.concatenate([last - first, off], axis=1)
-        return SkyCorners(key, now[:, 0], np.swapaxes(now[:, 1:], 1, 2), moved)
+        # In the frame in which the sky is at rest and the camera moves.
+        first, middle, last = (_columns(moment, x, y, self.end) for moment in self.exposure.moments)
+        bent = (first[:, :1] + last[:, :1]) / 2 - middle[:, :1]
+        moved = np.concatenate([last - first, bent], axis=1)
+        return SkyCorners(key, middle[:, 0], np.swapaxes(middle[:, 1:], 1, 2), moved)
 
     def checks(self, squares: Squares, chosen: Array) -> Float[Array, "n checks 3"]:
         """n' of rays within cells, where their patches are checked."""
@@ -155,17 +170,19 @@ class _SkyLattice(NamedTuple):
         left, top = self.on_picture(squares.x[chosen, None], squares.y[chosen, None])
         sky, _ = self.view.directions(left + x, top + y)
         azimuth = 0.0 if self.exposure is None else self.exposure.middle.azimuth
-        return turned(rays_of_directions(self.camera, sky, "auto", TOLERANCE, end=self.end).direction, azimuth)
+        return rotated_about_axis(
+            rays_of_directions(self.camera, sky, "auto", TOLERANCE, end=self.end).direction, azimuth
+        )
 
     def edge(self) -> tuple[Array, Array]:
-        """Pixels on the shadow edge, some of them, on the lattice."""
+        """A sample of the pixels on the shadow edge, on the lattice."""
         if not isinstance(self.view, Raster):
             return np.zeros(0, int), np.zeros(0, int)
         if self.exposure is None:
             points = self.view.pixels(shadow_edge(self.camera, _EDGE_POINTS))
         else:
-            moments = [self.exposure.at(float(moment)) for moment in np.linspace(-0.5, 0.5, _EDGES)]
-            edges = [one.view.pixels(shadow_edge(one.camera, _EDGE_POINTS)) for one in moments]
+            moments = [self.exposure.moment_at(float(moment)) for moment in np.linspace(-0.5, 0.5, _EDGES)]
+            edges = [moment.view.pixels(shadow_edge(moment.camera, _EDGE_POINTS)) for moment in moments]
             points = np.concatenate([edge + step for edge in edges for step in _BESIDE])
         x, y = (points + 0.5).T
         near = (x >= -1) & (y >= -1) & (x < self.view.width + 1) & (y < self.view.height + 1)
@@ -184,13 +201,13 @@ def _beams(
 def _columns(moment: ExposedMoment, x: Array, y: Array, end: Spherical) -> Float[Array, "n 3 3"]:
     """n' and its two slopes (n, 3, 3), one in each row, at a moment, for a sky at rest."""
     place, slope = _beams(moment.camera, moment.view, x, y, end)
-    return turned(np.concatenate([place[:, None], np.swapaxes(slope, 1, 2)], axis=1), moment.azimuth)
+    return rotated_about_axis(np.concatenate([place[:, None], np.swapaxes(slope, 1, 2)], axis=1), moment.azimuth)
 
 
 def ray_directions(moment: ExposedMoment, x: ArrayLike, y: ArrayLike, end: Spherical) -> Float[Array, "*batch 3"]:
     """n' (..., 3) of rays at places of a view at a moment, for a sky at rest."""
     rays = rays_of_directions(moment.camera, moment.view.directions(x, y)[0], "auto", TOLERANCE, end=end)
-    return turned(rays.direction, moment.azimuth)
+    return rotated_about_axis(rays.direction, moment.azimuth)
 
 
 def slopes(
@@ -204,9 +221,9 @@ def slopes(
 def chart_cells(
     camera: Viewer, chart: Plane, close: float, hidden: Bool[Array, "h w"], cut: Cut, end: Spherical
 ) -> SkyCells:
-    """Cells of the map of a chart, none of which sees more of the sky than the cut allows, and their errors.
+    """Cells of the map of a chart, with their errors; none sees more of the sky than the cut allows.
 
-    The smallest cells are as good as they can be. Other parameters as for `sky_map`.
+    The smallest cells are accepted whatever their errors. Other parameters as for `sky_map`.
     """
     return _mapped(_SkyLattice(camera, chart, None, end, cut.root, 0), close, hidden, cut.wide).cells
 
@@ -221,22 +238,24 @@ def sky_map(
 ) -> SkyMap:
     """The map of a view, and of a pixel beyond each side of it.
 
-    close: how far, in pixels, patches may be off; hidden: pixels that are left out; exposure: during which the
-    camera moves, with this view in its middle; end: the sphere that is seen.
+    close: largest error of patches, pixels.
+    hidden: True for pixels that need no map.
+    exposure: the exposure if the camera moves, with this view in its middle.
+    end: the sphere with the sky.
     """
     return _mapped(_SkyLattice(camera, view, exposure, end, _root_size(view), _MARGIN), close, hidden)
 
 
 def _mapped(lattice: _SkyLattice, close: float, hidden: Bool[Array, "h w"], wide: float | None = None) -> SkyMap:
-    """The map of what a lattice covers; wide: of the sky that cells may see, in a chart; None in a picture."""
+    """The map on a lattice; wide: largest angle of the sky that cells of a chart see; None for a picture."""
     edge, visible = lattice.edge(), partial(_visible_squares, total=lattice.pixel_counts(hidden))
     trace, accept = partial(_on_cores, lattice.trace), partial(_accepted, lattice, edge, close, wide)
-    division = Division(lattice.columns, trace, accept, wanted=visible)
-    cells, level, split = division.of(lattice.roots(), lattice.trace(np.zeros(0, int)))
-    left, parts = _left_over(lattice, edge, level, split)
+    division = Division(lattice.columns, trace, accept, select=visible)
+    cells, level, split = division.divide(lattice.roots(), lattice.trace(np.zeros(0, int)))
+    uncovered, parts = _uncovered(lattice, edge, level, split)
     x, y = lattice.on_picture(cells.x, cells.y)
     beams = len(level.corners.key) * (1 if lattice.exposure is None else 3)
-    return SkyMap(cells._replace(x=x, y=y), left, parts, beams)
+    return SkyMap(cells._replace(x=x, y=y), uncovered, parts, beams)
 
 
 def _accepted(
@@ -244,10 +263,10 @@ def _accepted(
 ) -> tuple[SkyCells, Bool[Array, " n"]]:
     """The good cells of a level, and the mask of those to be divided; parameters as for `_mapped`."""
     size, mixed = level.squares.size, _mixed(level, edge)
-    reached = level.corners.there[level.number].all(axis=1)
+    reached = level.corners.escaped[level.number].all(axis=1)
     whole = reached & ~mixed
     if size > 1:
-        # The shadow edge may bulge into them.
+        # The shadow edge may bulge into neighbours of the cells that it crosses.
         whole &= ~level.beside(mixed)
     cells = _on_cores(partial(_cells, lattice, level, close), np.flatnonzero(whole))
     small = size == 1 and lattice.exposure is None
@@ -258,10 +277,10 @@ def _accepted(
     return SkyCells(*(part[good] for part in cells)), split
 
 
-def _left_over(
+def _uncovered(
     lattice: _SkyLattice, edge: tuple[Array, Array], level: Level[SkyCorners], split: Bool[Array, " n"]
 ) -> tuple[Int[Array, " m"], Int[Array, " m"]]:
-    """The pixels that are left over, and into how many parts each way they are to be divided."""
+    """The uncovered pixels, and their numbers of parts each way."""
     (x, y), view = lattice.on_picture(level.squares.x, level.squares.y), lattice.view
     split = split & (x >= 0) & (y >= 0) & (x < view.width) & (y < view.height)
     extent = np.sqrt((level.corners.slope[level.number[split]] ** 2).sum(axis=(2, 3))).max(axis=1)
@@ -277,7 +296,7 @@ def _root_size(view: Raster) -> int:
 
 
 def _on_cores(work: Callable[[Array], Rows], rows: Int[Array, " n"]) -> Rows:
-    """Results of work on rows, shared out among the cores: named tuples of arrays."""
+    """Results of work on rows, distributed over the cores: named tuples of arrays."""
     with ThreadPoolExecutor(cores()) as pool:
         return joined(list(pool.map(work, np.array_split(rows, cores()))))
 
@@ -293,7 +312,7 @@ def _visible_squares(squares: Squares, total: Int[Array, "h+1 w+1"]) -> Squares:
 
 
 def _contain(squares: Squares, edge: tuple[Array, Array]) -> Bool[Array, " n"]:
-    """True for cells that contain one of some pixels."""
+    """True for cells that contain any of some pixels."""
     x, y, size = squares
     columns, rows = (
         1 + max(cells.max(initial=0), held.max(initial=0)) // size for cells, held in ((x, edge[0]), (y, edge[1]))
@@ -305,12 +324,12 @@ def _contain(squares: Squares, edge: tuple[Array, Array]) -> Bool[Array, " n"]:
 
 def _mixed(level: Level[SkyCorners], edge: tuple[Array, Array]) -> Bool[Array, " n"]:
     """True for cells on the shadow edge: some of their corners reach the sky, or they contain one of its pixels."""
-    reached = level.corners.there[level.number]
+    reached = level.corners.escaped[level.number]
     return (reached.any(axis=1) & ~reached.all(axis=1)) | _contain(level.squares, edge)
 
 
 def _cells(lattice: _SkyLattice, level: Level[SkyCorners], close: float, chosen: Int[Array, " m"]) -> SkyCells:
-    """The chosen cells, with their errors: NaN where not even the corners agree."""
+    """The chosen cells, with their errors; NaN for cells rejected before the check by rays."""
     (x, y, size), corners, number = level.squares, level.corners, level.number[chosen]
     tables = corners.place, corners.slope.reshape(-1, 6)
     data, curving, extent, scale, error, checked = kernel("cell").on_rays((size,), [number], tables=tables)

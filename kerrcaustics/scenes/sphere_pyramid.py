@@ -1,4 +1,4 @@
-"""Pictures of a whole sphere as pyramids: made from blocks of rows, so that little is held beside them.
+"""Pictures of a whole sphere as pyramids, made from blocks of rows to save memory.
 
 A level holds a chart, phi' to the right from 0, with a pixel more on every side: those beyond phi' = 0 and the poles.
 """
@@ -15,26 +15,30 @@ from kerrcaustics.shapes import Float, Float16, Float32
 Array = np.ndarray
 Level = Float32[Array, "h w channels"] | Float16[Array, "h w channels"]
 
-# The coarsest level has at least so many rows; pixels of blocks; and the work on the finest level, as part of all.
-_COARSEST, _BLOCK, _FINEST = 4, 1 << 19, 0.75
+# Smallest number of rows of the coarsest level.
+_COARSEST = 4
+# Pixels that are averaged together.
+_BLOCK = 1 << 19
+# Part of the work that the finest level takes, for the progress report.
+_FINEST = 0.75
 
 
 class SphereRows(NamedTuple):
     """Some rows of a chart of the sphere."""
 
     first: int
-    """Number of the first one, from the north pole."""
+    """Number of the first row, from the north pole."""
     channels: slice
-    """The channels that are given: all, or one of three."""
+    """The channels in `light`: all, or one of three."""
     light: Float32[Array, "n w channels"]
-    """Light; one channel under all of them is grey."""
+    """Linear light; grey if there is one channel for all."""
 
 
-class Pyramid(NamedTuple):
+class SpherePyramid(NamedTuple):
     """All levels of a picture, each half as fine as the one before."""
 
     pixels: Float32[Array, "pixels channels"] | Float16[Array, "pixels channels"]
-    """Light of the levels, one behind the other, by rows; of what is grey, one channel."""
+    """Light of the levels, one after the other, by rows; one channel for a grey picture."""
     levels: Float[Array, "levels 2"]
     """Number of the first pixel of each, and its rows without the margin."""
 
@@ -45,8 +49,8 @@ class Pyramid(NamedTuple):
         return self.pixels[first : first + math.prod(shape)].reshape(*shape, -1)
 
 
-def pyramid(rows: int, blocks: Iterable[SphereRows], precision: type[np.floating] = np.float32) -> Pyramid:
-    """The pyramid of a picture with so many rows, each level smoothed along its rows.
+def pyramid(rows: int, blocks: Iterable[SphereRows], precision: type[np.floating] = np.float32) -> SpherePyramid:
+    """The pyramid of a picture with `rows` rows, each level smoothed along its rows.
 
     In half precision, np.float16, light between 1e-4 and 6e4 keeps three digits.
     """
@@ -55,7 +59,7 @@ def pyramid(rows: int, blocks: Iterable[SphereRows], precision: type[np.floating
         heights.append(heights[-1] // 2)
     ends = np.cumsum([(height + 2) * (2 * height + 2) for height in heights])
     levels = np.stack([np.concatenate([[0], ends[:-1]]), heights], axis=1).astype(float)
-    made = _with_finest(Pyramid(np.empty((ends[-1], 1), precision), levels), blocks)
+    made = _with_finest(SpherePyramid(np.empty((ends[-1], 1), precision), levels), blocks)
     for number in range(len(heights)):
         if number:
             _halve(made.level(number - 1), made.level(number))
@@ -63,15 +67,15 @@ def pyramid(rows: int, blocks: Iterable[SphereRows], precision: type[np.floating
     return made
 
 
-def _with_finest(made: Pyramid, blocks: Iterable[SphereRows]) -> Pyramid:
-    """The pyramid with its finest level, but for the margin: in colour from the first rows on that are."""
+def _with_finest(made: SpherePyramid, blocks: Iterable[SphereRows]) -> SpherePyramid:
+    """The pyramid with its finest level, but for the margin; it becomes coloured with the first coloured rows."""
     done, rows = 0.0, len(made.level(0)) - 2
     for first, channels, light in blocks:
         whole = channels == slice(None)
         plain = whole and bool((light == light[..., :1]).all())
         if not plain and made.pixels.shape[1] == 1:
             coloured = made._replace(pixels=np.empty((len(made.pixels), 3), made.pixels.dtype))
-            # Memory that is not written to is not taken.
+            # Unwritten memory is not allocated.
             coloured.level(0)[: first + 1] = made.level(0)[: first + 1]
             made = coloured
         place = slice(1 + first, 1 + first + len(light))
@@ -99,18 +103,18 @@ def _halve(fine: Level, level: Level) -> None:
 def _smoothed(light: Float32[Array, "n w channels"], first: int, rows: int) -> Float32[Array, "n w channels"]:
     """Rows of a picture smoothed by a Gaussian as wide as a row is high, where that is more than a pixel.
 
-    Half a row's height on the sphere is what look-ups have for a deviation; the pixels' own is taken off.
+    Look-ups have a deviation of half a row's height on the sphere; that of the pixels is subtracted.
     """
     s = np.sin((first + np.arange(len(light)) + 0.5) * math.pi / rows)
     deviation = 0.5 * np.sqrt(np.maximum(1 / s**2 - 1, 0))
     wave = np.fft.rfftfreq(light.shape[1]) * 2 * math.pi
     damping = np.exp(-((deviation[:, None] * wave) ** 2) / 2)[..., None]
     smooth = np.fft.irfft(np.fft.rfft(light, axis=1) * damping, n=light.shape[1], axis=1)
-    # A Gaussian that is no wider than pixels rings beside bright ones: what is cut there is taken from them.
+    # A Gaussian no wider than pixels rings beside bright pixels: the row is rescaled after negative values are cut.
     positive = np.maximum(smooth, 0)
     whole = positive.sum(axis=1, keepdims=True)
-    kept = light.sum(axis=1, keepdims=True, dtype=whole.dtype) / np.where(whole > 0, whole, 1)
-    return (positive * kept).astype(np.float32)
+    scale = light.sum(axis=1, keepdims=True, dtype=whole.dtype) / np.where(whole > 0, whole, 1)
+    return (positive * scale).astype(np.float32)
 
 
 def _pad(level: Level) -> None:

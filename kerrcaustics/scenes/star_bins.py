@@ -1,4 +1,4 @@
-"""Which stars may lie in discs on the sphere: by bins, in rows of equal height whose columns are azimuths."""
+"""Bins of stars, for the stars that may lie in discs on the sphere: rows of equal height, divided by azimuth."""
 
 import math
 from typing import NamedTuple
@@ -9,12 +9,19 @@ from kerrcaustics.shapes import Float, Int
 
 Array = np.ndarray
 
-# Rows for each star, by the square root of their number, and columns of bins for each row.
-_ROWS, _COLUMNS = 0.7, 8
+# Number of rows, in units of the square root of the number of stars.
+_ROWS = 0.7
+# Number of bins in a row, in units of the number of rows.
+_COLUMNS = 8
 
 
 class Runs(NamedTuple):
-    """Runs of stars that lie beside each other: the disc, first star in the order of the bins, and how many."""
+    """Runs of neighbouring stars that may lie in discs.
+
+    disc: (k,) numbers of the discs.
+    first: (k,) numbers of the first stars, in the order of the bins.
+    length: (k,) numbers of stars.
+    """
 
     disc: Array
     first: Array
@@ -24,15 +31,15 @@ class Runs(NamedTuple):
 class StarBins(NamedTuple):
     """Stars by the bins in which they lie.
 
-    star (2 n,): all of them, those of a row twice, round the circle and once more.
-    first (rows, columns + 1): number of the first one in each bin of a row; twice as many as in a circle, and the end.
+    star: (2 n,) numbers of the stars; those of a row occur twice, for two turns round the circle.
+    first: (rows, columns + 1) numbers of the first stars in the bins of two turns, and of the end.
     """
 
     star: Array
     first: Array
 
     def runs(self, centre: Float[Array, "m 3"], radius: Float[Array, " m"], disc: Int[Array, " m"]) -> Runs:
-        """Runs of stars that may lie in discs with a centre and a radius, which have numbers (m,)."""
+        """Runs of stars that may lie in discs with centres, radii and numbers (m,)."""
         rows, columns = len(self.first), self.first.shape[1] // 2
         angle = 2 * np.arcsin(np.minimum(radius / 2, 1))
         polar = np.arccos(np.clip(centre[:, 2], -1, 1))
@@ -42,16 +49,16 @@ class StarBins(NamedTuple):
         half = np.where((angle < polar) & (angle < math.pi - polar), half, 0.5)
         top, bottom = np.maximum(polar - angle, 0), np.minimum(polar + angle, math.pi)
         upper, lower = _rows(np.cos(top), rows), _rows(np.cos(bottom), rows)
-        left = (_turns(centre) - half) % 1.0
-        start = np.minimum((left * columns).astype(int), columns - 1)
-        # The last column of a whole circle is that before the first.
-        end = np.minimum(((left + 2 * half) * columns).astype(int), start + columns - (half == 0.5)) + 1
-        each, number = item_numbers(lower - upper + 1)
-        row = upper[each] + number
-        first = self.first[row, start[each]]
-        count = self.first[row, end[each]] - first
+        west = (_turns(centre) - half) % 1.0
+        start = np.minimum((west * columns).astype(int), columns - 1)
+        # A whole circle ends at the bin before the first.
+        end = np.minimum(((west + 2 * half) * columns).astype(int), start + columns - (half == 0.5)) + 1
+        owner, number = item_numbers(lower - upper + 1)
+        row = upper[owner] + number
+        first = self.first[row, start[owner]]
+        count = self.first[row, end[owner]] - first
         some = np.flatnonzero(count)
-        return Runs(disc[each[some]], first[some], count[some])
+        return Runs(disc[owner[some]], first[some], count[some])
 
 
 def star_bins(direction: Float[Array, "n 3"], star: Int[Array, " n"]) -> StarBins:
@@ -66,9 +73,9 @@ def star_bins(direction: Float[Array, "n 3"], star: Int[Array, " n"]) -> StarBin
 
 
 def item_numbers(count: Int[Array, " n"]) -> tuple[Int[Array, " m"], Int[Array, " m"]]:
-    """For so many (n,) items of each: which of them it is (m,), and the number (m,) of the item among its own."""
-    each = np.repeat(np.arange(len(count)), count)
-    return each, np.arange(len(each)) - np.repeat(np.cumsum(count) - count, count)
+    """For counts (n,) of items of n owners: the owner (m,) of each item, and its number (m,) among the owner's."""
+    owner = np.repeat(np.arange(len(count)), count)
+    return owner, np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
 
 
 def _rows(z: Float[Array, " m"], rows: int) -> Int[Array, " m"]:

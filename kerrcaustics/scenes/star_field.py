@@ -21,12 +21,15 @@ from kerrcaustics.spacetime.sphere import from_angles
 
 Array = np.ndarray
 
-_BAND_ROWS, _BAND_ASPECT = 512, 4.0
+# Number of rows of the picture of the galactic band.
+_BAND_ROWS = 512
+# Ratio of the axes above which footprints of the band are widened: it has little detail.
+_BAND_ASPECT = 4.0
 BAND = 0.15
-"""Brightness of the galactic band in pictures, where nothing else is said."""
+"""Default brightness of the galactic band."""
 NEBULAE = 100.0
-"""Light of white in pictures of nebulae beside it, likewise."""
-# Light of one star of magnitude 0 on a square degree, per steradian.
+"""Default light of white in pictures of nebulae."""
+# Square degrees in a steradian.
 _SQUARE_DEGREES = (180 / math.pi) ** 2
 
 
@@ -42,17 +45,17 @@ class StarField(Shown, Sky):
         Rotation from the catalogue's directions to the celestial sphere. If omitted, the galactic plane is inclined by
         25 degrees to the hole's equatorial plane.
     band : float
-        Brightness of the galactic band, 1 for about that of ours seen from outside the Earth's air, 0 for none; 0.15
-        leaves the sky between the stars dark. It needs a catalogue in ICRS directions.
+        Brightness of the galactic band, about 1 for the Milky Way seen from space, 0 for none; 0.15 leaves the sky
+        between the stars dark. It needs a catalogue in ICRS directions.
     white : float
         Temperature (K) of a star that looks white.
     sweep : float
-        Angle (radians) by which the stars turn about the spin axis while the picture is exposed, half of it on either
-        side: motion blur, of nebulae too. The band is too smooth to need any.
+        Angle (radians) by which the sky turns about the spin axis during the exposure, half of it on either side, for
+        motion blur of stars and nebulae. The smooth band is not blurred.
     response : str or MeasuredResponse
         "cie", "film" or measured curves, as for `black_body`; the band's shifts go by the CIE functions.
     nebulae : Panorama, Checkerboard or any other sky without stars, optional
-        Anything else that is spread over the sky, in the unit of the stars; white of 100 is as bright as our Milky Way.
+        Further light of the sky, in the unit of the stars; white of 100 is as bright as the Milky Way.
 
     Raises
     ------
@@ -63,8 +66,8 @@ class StarField(Shown, Sky):
     -----
     Light is in units of a star of magnitude 0 per steradian. Stars have the colour of a black body for their B - V.
 
-    Each image of a star is a quadratic B-spline of a pixel's size about the place where it is: the parts that pixels
-    get add up to 1, wherever that lies. Its light is that of the star times the magnification, which is cut where an
+    Each image of a star is a quadratic B-spline of a pixel's size about its place; its parts in the pixels add up to 1.
+    Its light is that of the star times the magnification, which is cut where an
     image is within 0.05 pixels of a critical curve. JTFT take a Gaussian over round beams, cut off.
 
     Examples
@@ -135,12 +138,12 @@ class StarField(Shown, Sky):
         theta = (np.arange(rows) + 0.5)[:, None] * math.pi / rows
         light = milky_way(from_angles(theta, (np.arange(2 * rows) + 0.5) * math.pi / rows))
         grey = np.repeat(self.band * light[..., None], 3, axis=2)
-        # It has no detail that thin footprints would show.
+        # The band has no detail that thin footprints would resolve.
         return Panorama(grey, self.orientation @ galactic_axes().T, aspect=_BAND_ASPECT, mirror=True)
 
 
 def _check_nebulae(sky: Any) -> None:
-    """Raise ValueError unless light that is spread over the sky is valid, or there is none."""
+    """Raise ValueError unless nebulae are a sky without points, or None."""
     if sky is not None and not (isinstance(sky, Sky) and sky.points is None):
         must = "be a sky without points of light, as a Panorama"
         raise ValueError(f"Argument `nebulae` must {must}, but is {quoted(sky)}.")

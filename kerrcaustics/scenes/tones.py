@@ -1,4 +1,4 @@
-"""Tones: linear light as a picture for a screen, and the exposure that its own light asks for."""
+"""Tones: linear light as a picture for a screen, and the exposure from its own light."""
 
 import math
 from typing import Literal, get_args
@@ -20,14 +20,21 @@ Auto = Literal["auto"]
 AUTO: Auto = "auto"
 
 _SOFTENING = 30.0
-# The highlights: what these parts of the picture exceed, and above which this part of its light lies. The smaller part
-# counts for points of light, where it is at least so many times as bright as the larger one.
-_SURFACE, _POINTS, _OF_LIGHT, _STEEP = 0.01, 0.001, 0.25, 4.0
-# Light on the screen of highlights, by the curve: asinh has room left for what is brighter.
+# Part of the picture that is brighter than its highlights.
+_SURFACE = 0.01
+# The same part in a picture of points of light.
+_POINTS = 0.001
+# Part of the light that lies above the highlights, if these are brighter.
+_OF_LIGHT = 0.25
+# Ratio of the brightness at both parts from which a picture counts as one of points.
+_STEEP = 4.0
+# Light of highlights on the screen by the curve: asinh leaves room for brighter light.
 _HIGHLIGHT: dict[Curve, float] = {"linear": 0.9, "asinh": 0.7}
-# Points of light are looked at as in a picture so many pixels across. A star is a spline of this variance, in pixels.
-_ACROSS, _VARIANCE = 640, 0.25
-# Digits of an exposure by the light, so that the number that is printed gives the same picture.
+# Width of the picture in which highlights are measured, pixels.
+_ACROSS = 640
+# Variance of the image of a star, pixels^2.
+_VARIANCE = 0.25
+# Digits of an automatic exposure, so that the printed number gives the same picture.
 _DIGITS = 4
 
 
@@ -45,10 +52,10 @@ def tone_mapped(
         Factor of the light: 1 becomes white. "auto": by the light itself, as `auto_exposure`.
     curve : str
         "linear": clipped at white. "asinh": luminance L becomes asinh(s L) / asinh(s), linear in the dark and
-        logarithmic in the light, with s the softening; colours keep their hue, and what is then too bright for a
+        logarithmic in the light, with s the softening; colours keep their hue, and light too bright for a
         channel is mixed with white of its luminance.
     softening : float, optional
-        Of the asinh curve: how much the dark is raised; 30 by default.
+        Softening s of the asinh curve, which raises dark tones; 30 by default.
 
     Raises
     ------
@@ -76,7 +83,7 @@ def tone_mapped(
 
 @usual_warnings
 def auto_exposure(light: ArrayLike, curve: str = "linear", softening: float | None = None) -> float:
-    """The exposure that a picture's own light asks for: highlights become nearly white, and 1 where there is no light.
+    """The exposure with which the highlights of a picture become nearly white; 1 for a dark picture.
 
     Parameters
     ----------
@@ -149,7 +156,7 @@ def clipped_fraction(light: ArrayLike, exposure: float, curve: str = "linear") -
     values = _light(light)
     _checked_tones(exposure, curve, None)
     bright = luminance(values) if curve == "asinh" else values.max(axis=-1)
-    # White itself is not cut.
+    # White itself is not clipped.
     return float(np.mean(bright * exposure > 1 + 1e-6)) if bright.size else 0.0
 
 
@@ -183,7 +190,7 @@ def _light(light: ArrayLike) -> Float[Array, "*batch 3"]:
 
 
 def _smoothed(bright: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
-    """A picture (..., h, w) with points as large as in one of 640 pixels across."""
+    """A picture (..., h, w) smoothed as if it were 640 pixels across."""
     if bright.ndim < 2:
         return bright
     variance = (max(bright.shape[-2:]) / _ACROSS) ** 2 - _VARIANCE
@@ -196,17 +203,17 @@ def _smoothed(bright: Float[Array, "*shape"]) -> Float[Array, "*shape"]:
 
 
 def _highlights(bright: Float[Array, "*shape"]) -> float:
-    """The level of the brightest parts of a picture; 0 where there is no light."""
+    """The level of the brightest parts of a picture; 0 for a dark picture."""
     falling = np.sort(bright, axis=None)[::-1].astype(float)
     if not falling.size or not falling[0] > 0:
         return 0.0
     surface, points = (float(falling[int(part * falling.size)]) for part in (_SURFACE, _POINTS))
-    # A star on a caustic has as much light as all others: what is brighter counts as the thousandth does.
+    # A star on a caustic outshines all others: brighter pixels count as the thousandth.
     total = np.cumsum(np.minimum(falling, points) if points > 0 else falling)
-    lit = float(falling[np.searchsorted(total, _OF_LIGHT * total[-1])])
+    quarter = float(falling[np.searchsorted(total, _OF_LIGHT * total[-1])])
     if points < _STEEP * surface:
         points *= (points / (_STEEP * surface)) ** 2
-    return max(surface, points, lit)
+    return max(surface, points, quarter)
 
 
 def _compressed(light: Float[Array, "*batch 3"], softening: float) -> Float[Array, "*batch 3"]:
@@ -215,6 +222,6 @@ def _compressed(light: Float[Array, "*batch 3"], softening: float) -> Float[Arra
     target = np.minimum(np.arcsinh(softening * grey) / math.asinh(softening), 1)
     light = light * (target / np.maximum(grey, 1e-30))
     most = light.max(axis=-1, keepdims=True)
-    # Toward grey of the same luminance, until the brightest channel is 1.
+    # Colours are mixed with grey of their luminance until the brightest channel is 1.
     pale = np.where(most > 1, (most - 1) / np.maximum(most - target, 1e-30), 0)
     return light + (target - light) * pale

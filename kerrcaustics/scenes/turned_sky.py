@@ -50,7 +50,7 @@ class TurnedSky(Sky):
     def light(self, footprint: Footprint, beaming: bool, colour_shift: bool) -> Float[Array, "pixels 3"]:
         """Linear sRGB light (n, 3) of pixels."""
         # The beams are turned back instead.
-        return self.sky.light(footprint.turned(-self.angle), beaming, colour_shift)
+        return self.sky.light(footprint.turned_by(-self.angle), beaming, colour_shift)
 
     @property
     def points(self) -> PointLights | None:  # pyright: ignore[reportIncompatibleVariableOverride]

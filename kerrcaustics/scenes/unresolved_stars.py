@@ -1,6 +1,6 @@
-"""Stars where a pixel sees many of them: their mean light about the part of the sky that it sees, in place of images.
+"""Stars in pixels that see many of them: their mean light over the footprint in place of images.
 
-Brighter stars are fewer, and stay apart longer: stars are divided into layers by their brightness.
+Brighter stars are fewer, and are resolved in larger footprints: stars are divided into layers by their brightness.
 """
 
 import math
@@ -20,28 +20,42 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
-# Stars of the first layer, and how many times as many belong to it and the next one together, and so on.
-_BRIGHTEST, _TIMES = 2048, 4
-# Images fade where a pixel sees so many stars of their layer and those before, of few stars where it sees so many times
-# the whole sky, and are gone where it sees so many times as much.
-_MANY, _FEW, _MOST, _FADING = 2, 100, 32.0, 4.0
+# Number of stars in the first layer.
+_BRIGHTEST = 2048
+# Ratio of the numbers of stars up to a layer and up to the layer before.
+_TIMES = 4
+# Number of stars of a layer, and of those before, in a pixel at which their images begin to fade.
+_MANY = 2
+# Number of stars up to which a sky has the limit `_MOST` instead.
+_FEW = 100
+# Solid angle of a pixel at which images of few stars begin to fade, in whole skies.
+_MOST = 32.0
+# Ratio of the solid angles at which images are gone and at which they begin to fade.
+_FADING = 4.0
 BRIGHTEST = 4 * math.pi * _MANY / _BRIGHTEST
-"""The solid angle that a pixel sees where images of the brightest of many stars begin to fade."""
-# Pixels of the picture of a layer have this part of the width of what a pixel sees there.
+"""Solid angle of a pixel at which images of the brightest of many stars begin to fade, steradian."""
+# Width of a pixel in the picture of a layer, as a part of the width that a pixel sees where images fade.
 _FINER = 0.25
+# Smallest and largest number of rows of that picture.
 _FEWEST_ROWS, _MOST_ROWS = 16, 2048
-# Footprints are widened as for skies with little detail: this many times as long as wide.
+# Ratio of the axes above which footprints are widened, as for skies with little detail.
 _ASPECT = 2.0
-# Beams for the width of footprints: so many round the shadow edge, and in an e-folding of the distance to it. That
-# begins at a pixel, or closer (parts of the size of the shadow, or of the sky outside it).
-_ROUND, _DEEP, _CLOSE, _TOLERANCE = 192, 12, 0.02, 1e-7
-# Part of the distance at which images have faded, by footprints about it, that is searched in any case; and all that is
-# farther from the edge than this part of the shadow, or of the sky outside it: footprints shrink faster there.
-_SAFE, _NEAR = 0.3, 0.25
+# Number of angles round the shadow edge at which beams give the width of footprints.
+_ROUND = 192
+# Number of these beams over one e-folding of the distance to the edge.
+_DEEP = 12
+# Start of that e-folding if less than a pixel, as a part of the size of the shadow or of the sky outside it.
+_CLOSE = 0.02
+# Tolerance of these beams, radians.
+_TOLERANCE = 1e-7
+# Part of the distance at which images have faded, by the mean width of footprints, within which no image is searched.
+_SAFE = 0.3
+# Largest distance without a search, as a part of the same size: footprints change beyond.
+_NEAR = 0.25
 
 
 def limits(flux: Float[Array, "stars 3"]) -> Float[Array, " stars"]:
-    """Solid angles (n,) that a pixel sees where images of stars begin to fade."""
+    """Solid angles (n,) of a pixel at which images of stars begin to fade."""
     rank = np.empty(len(flux))
     rank[np.argsort(-flux.sum(axis=1), kind="stable")] = np.arange(1, len(flux) + 1)
     last = max(round(math.log(max(len(flux) / _BRIGHTEST, 1)) / math.log(_TIMES)), 0)
@@ -50,11 +64,11 @@ def limits(flux: Float[Array, "stars 3"]) -> Float[Array, " stars"]:
     return np.full(len(flux), 4 * math.pi * _MOST) if len(flux) <= _FEW else 4 * math.pi * _MANY / count
 
 
-class Footing:
+class PixelSolidAngles:
     """Solid angles of the celestial sphere that pixels of a picture see.
 
-    Footprints of pixels beside the shadow edge are long and thin. Critical curves, on which they have no width at all,
-    lie close together there: their width counts as its mean about the place, by the angle round the shadow.
+    Footprints of pixels beside the shadow edge are long and thin. Their width vanishes on critical curves, which lie
+    close together there, so it is replaced by its mean at the same angle round the shadow.
     """
 
     def __init__(self, camera: Viewer, pixel: float) -> None:
@@ -74,57 +88,62 @@ class Footing:
         self._angle, self._width = angle[:, 0], np.nan_to_num(width, nan=np.inf)
         self._turn, self._scale = np.nan_to_num(turn, nan=np.inf), scale[:, 0]
 
-    def seen(self, major: Float[Array, " n"], sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
+    def values(self, major: Float[Array, " n"], sky: Float[Array, "n 3"]) -> Float[Array, " n"]:
         """Solid angles (n,) of pixels with a major axis (n,) of their footprints, in directions N (n, 3)."""
         _, y, z = np.moveaxis(line_of_sight_from_sky(self._frame, sky), -1, 0)
         width = np.interp(np.arctan2(z, y), self._angle, self._width, period=2 * math.pi)
         return np.asarray(major * np.minimum(major, width))
 
     def nearest(self, angle: Float[Array, " n"], limit: float) -> Float[Array, " n"]:
-        """Distances (n,) from the shadow edge, at least half of those within which images have faded away.
+        """Distances (n,) from the shadow edge that lie safely within the zone in which images have faded away.
 
-        angle (n,): round the shadow. Footprints are as long as the inverse of the distance.
+        angle: (n,) angles round the shadow, radians. The length of footprints is inverse to the distance.
         """
         width, turn, scale = (
             np.interp(angle, self._angle, part, period=2 * math.pi) for part in (self._width, self._turn, self._scale)
         )
         last = last_seen(limit)
-        # Pixels see the product of length and width, or the square of the length where that is less.
+        # A pixel sees the product of length and width, or the square of the length if less.
         return np.asarray(np.minimum(_SAFE * turn * np.minimum(width / last, 1 / math.sqrt(last)), _NEAR * scale))
 
 
 @lru_cache(maxsize=8)
-def footing(camera: Viewer, pixel: float) -> Footing:
-    """The same, kept for the next call."""
-    return Footing(camera, pixel)
+def pixel_solid_angles(camera: Viewer, pixel: float) -> PixelSolidAngles:
+    """The solid angles of a camera, cached."""
+    return PixelSolidAngles(camera, pixel)
 
 
-def faded(seen: Float[Array, "*batch"], limit: Float[Array, "*batch"] | float) -> Float[Array, "*batch"]:
-    """The part (...,) of the light of stars that is not in their images where a pixel sees a solid angle (...,)."""
+def faded_fraction(seen: Float[Array, "*batch"], limit: Float[Array, "*batch"] | float) -> Float[Array, "*batch"]:
+    """The part (...,) of the light of stars that their images lack if a pixel sees a solid angle (...,)."""
     with np.errstate(divide="ignore"):
         part = np.clip(np.log(seen / limit) / math.log(_FADING), 0, 1)
     return np.asarray(part * part * (3 - 2 * part))
 
 
 def last_seen(limit: float) -> float:
-    """The solid angle that a pixel sees where images have faded away."""
+    """The solid angle of a pixel at which images have faded away."""
     return limit * _FADING
 
 
 class StarLayer(NamedTuple):
-    """Stars of about one brightness: where they fade, their mean light as a picture, and their mean temperature."""
+    """Stars of about one brightness.
+
+    limit: solid angle of a pixel at which their images begin to fade, steradian.
+    picture: their mean light.
+    temperature: their mean temperature, weighted by light, kelvin.
+    """
 
     limit: float
     picture: Panorama
     temperature: float
 
     @classmethod
-    def of(
+    def from_stars(
         cls, direction: Float[Array, "n 3"], flux: Float[Array, "n 3"], temperature: Float[Array, " n"], limit: float
     ) -> "StarLayer":
         """The layer of some stars."""
-        wanted = math.log2(math.pi / (_FINER * math.sqrt(limit)))
-        rows = int(np.clip(2 ** math.ceil(wanted), _FEWEST_ROWS, _MOST_ROWS))
+        doublings = math.ceil(math.log2(math.pi / (_FINER * math.sqrt(limit))))
+        rows = int(np.clip(2**doublings, _FEWEST_ROWS, _MOST_ROWS))
         row = np.minimum((polar_angle(direction) * (rows / math.pi)).astype(int), rows - 1)
         turn = np.arctan2(direction[:, 1], direction[:, 0]) / (2 * math.pi)
         column = np.minimum(((turn - np.floor(turn)) * (2 * rows)).astype(int), 2 * rows - 1)

@@ -39,8 +39,8 @@ class View(Raster):
         centre are true), "equirectangular" (longitude and latitude about `up`; half as many rows as columns for a
         whole sky).
     forward, up : (3,) arrays
-        Unit vectors N in the camera basis: where the middle of the picture looks, and what points up in it; `up` may be
-        any vector that is not along `forward`. If omitted, -e_x and e_z: toward the hole, the spin axis up, for a
+        Unit vectors N in the camera basis: the direction in the middle of the picture, and the upward one; `up` may
+        be any vector that is not along `forward`. If omitted, -e_x and e_z: toward the hole, the spin axis up, for a
         camera that is at rest or moves along e_phi; `toward_hole` looks at the middle of the shadow.
 
     Raises
@@ -106,12 +106,12 @@ class View(Raster):
 
     @property
     def form(self) -> tuple[Any, ...]:
-        """Properties that stay the same while a picture is exposed."""
+        """Properties that are constant during an exposure."""
         return *super().form, self.projection
 
     @property
     def even(self) -> bool:
-        """True if neighbouring pixels are of about one size everywhere: not at poles."""
+        """True if neighbouring pixels have similar sizes everywhere, which fails at poles."""
         return self.projection == "pinhole"
 
     @property
@@ -146,7 +146,7 @@ class View(Raster):
         return np.asarray(self.pixel**2 * np.abs(np.cos(above)) * np.ones_like(across))
 
     def pixels(self, sky: ArrayLike) -> Float[Array, "*batch 2"]:
-        """Places (..., 2), x and y in pixels, of directions N (..., 3); NaN for what a pinhole has behind it.
+        """Places (..., 2), x and y in pixels, of directions N (..., 3); NaN for directions behind a pinhole.
 
         Errors: round-off. The inverse of `directions`; places outside the picture are given too.
         """
@@ -156,7 +156,7 @@ class View(Raster):
             with np.errstate(divide="ignore", invalid="ignore"):
                 across, above = (np.where(along > 0, part / along, np.nan) for part in (right, up))
         elif self.projection == "fisheye":
-            # Where nothing overflows, much faster than hypot.
+            # Nothing overflows; this is much faster than `hypot`.
             beside = np.sqrt(right * right + up * up)
             scale = np.where(beside > 0, np.arctan2(beside, along) / np.maximum(beside, 1e-300), 1.0)
             across, above = right * scale, up * scale
@@ -167,7 +167,7 @@ class View(Raster):
         )
 
     def moving_numbers(self, camera: Camera) -> list[float]:
-        """Place, velocity, field of view and axes: these for the fiducial observer, whose axes keep their sense."""
+        """Place, velocity, field of view, and axes in the frame of the fiducial observer."""
         axes = np.stack([self.forward, self.up]) @ np.asarray(camera.frame().basis)
         return [
             camera.radius,
@@ -178,7 +178,7 @@ class View(Raster):
         ]
 
     def with_moving_numbers(self, spin: float, values: list[float]) -> "tuple[Camera, View]":
-        """The camera and the view with other numbers."""
+        """The camera and the view for numbers in the order of `moving_numbers`."""
         radius, inclination, *velocity = values[:5]
         camera = Camera(spin, radius, min(max(inclination, 0.0), math.pi), (velocity[0], velocity[1], velocity[2]))
         forward, up = np.reshape(values[6:], (2, 3)) @ np.asarray(camera.frame().basis).T

@@ -21,7 +21,7 @@ import numpy as np
 import kerrcaustics as kc
 from kerrcaustics.images.images import StarImages
 from kerrcaustics.scenes.colour import luminance
-from kerrcaustics.scenes.render import Rendering
+from kerrcaustics.scenes.rendering import Rendering
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.sphere import from_angles
 

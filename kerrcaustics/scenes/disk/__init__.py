@@ -1,1 +1,1 @@
-"""Disks in the equatorial plane: where they are seen, what they shine with, how they are lit."""
+"""Disks in the equatorial plane: their images, their emission, and their light in pictures."""

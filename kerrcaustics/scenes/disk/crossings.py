@@ -26,29 +26,37 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
-# Beams need not be better for pictures.
+# Tolerance of rays and beams, radians: far less than a pixel.
 _TOLERANCE = 1e-7
-# The finest cells are so much smaller than a pixel, and the largest ones so many pixels wide, at most.
-FINEST, LARGEST = 16, 8
-# So many rays in each direction within a finest cell that is not smooth, and how they shift from cell to cell.
+FINEST = 16
+"""Number of finest cells along a pixel: the lattice of crossings has this step."""
+LARGEST = 8
+"""Side of the largest cells, pixels."""
+# Rays each way in a finest cell on which the map is not smooth.
 _RAYS = 2
+# Shifts of these rays from cell to cell, a sequence of low discrepancy in two dimensions.
 _SHIFTS = ((0.7548776662466927, 0.5698402909980532), (0.5698402909980532, 0.7548776662466927))
-# Patches may be off by this however small pixels are: of the disk's width in 1 / r, and radians of azimuth.
-_OF_WIDTH, _OF_AZIMUTH = 1e-5, 1e-6
-# Azimuths of a cell's corners lie within this of each other: they are known modulo 2 pi.
+# Error of patches that is always accepted, as a part of the disk's width in 1 / r.
+_OF_WIDTH = 1e-5
+# Error of the azimuth that is always accepted, radians.
+_OF_AZIMUTH = 1e-6
+# Largest difference of the azimuths in a cell, radians: they are known modulo 2 pi.
 _WIDEST_TURN = 1.5
-# A lattice of one of several moments is halved so much less often at most; how its rays differ from moment to moment.
-_MOST_HALVINGS, _GOLDEN = 2, 0.6180339887498949
-# Rays that cross more often are too close to the shadow edge to be seen.
+# Largest number of halvings that a lattice of one of several moments leaves out.
+_MOST_HALVINGS = 2
+# Shift of the rays from moment to moment: the golden ratio less 1.
+_GOLDEN = 0.6180339887498949
 MOST_CROSSINGS = 12
+"""Largest number of crossings: rays that cross more often are too close to the shadow edge to be visible."""
 
 
 class Fineness(NamedTuple):
     """Fineness of a map.
 
-    least: size of the smallest cells, on the finest lattice, and less than a pixel; of_pixel: the part of a pixel by
-    which patches may be off; widest: the size of the largest cells (radians), as constants of the photon and travel
-    times are linear in them; faintest: the part of every pixel that no later crossing covers when the map ends.
+    least: size of the smallest cells on the finest lattice, less than a pixel.
+    of_pixel: largest error of patches, pixels.
+    widest: size of the largest cells, radians; constants of the photon and travel times are linear in them.
+    faintest: part of every pixel below which later crossings are left out.
     """
 
     least: int
@@ -57,17 +65,20 @@ class Fineness(NamedTuple):
     faintest: float
 
 
-# The faintest part of a pixel is one that a screen cannot show.
-FINE, DRAFT = Fineness(1, 0.0015, 0.02, 1 / 340), Fineness(8, 0.02, 0.04, 1 / 30)
+# The faintest part of a pixel is less than a screen resolves.
+FINE = Fineness(least=1, of_pixel=0.0015, widest=0.02, faintest=1 / 340)
+DRAFT = Fineness(least=8, of_pixel=0.02, widest=0.04, faintest=1 / 30)
 
 
 class Corners(NamedTuple):
-    """Rays at corners of cells: where they cross the plane.
+    """Crossings of the plane by rays at corners of cells.
 
-    key, sorted, of places on the finest lattice; place (n, 2), 1 / r and phi; slope (n, 2, 2) of these (rows) per pixel
-    along x and y; extra (n, 5): of the photon nu_camera / nu_infinity, b and q; 1 where it moves outward; the travel
-    time; side: 0 where the plane is crossed, 1 where the ray escapes before, -1 where it
-    falls in; outward, true where it moves so there.
+    key: (n,) numbers of the places on the finest lattice, ascending.
+    place: (n, 2) 1 / r and phi.
+    slope: (n, 2, 2) changes of 1 / r and phi (rows) per pixel along x and y (columns).
+    extra: (n, 5) nu_camera / nu_infinity, b and q of the photon, 1 if it moves outward, and the travel time, M.
+    side: (n,) 0 if the ray crosses the plane, 1 if it escapes before, -1 if it falls in.
+    outward: (n,) True if it moves outward at the crossing.
     """
 
     key: Array
@@ -81,9 +92,12 @@ class Corners(NamedTuple):
 class DiskCells(NamedTuple):
     """Square cells of a picture that see the plane, at one crossing.
 
-    x, y (n,): the upper left corner on the finest lattice, 0 at the corner of the picture; size (n,) there;
-    data (n, 12, 2), 1 / r and phi for `patches`; extra (n, 4, 5), of the corners; low, high (n, 2), between which 1 / r
-    and phi lie; cover (n,), the part of the cell that sees the plane there.
+    x, y: (n,) upper left corners on the finest lattice, 0 at the corner of the picture.
+    size: (n,) lengths of the sides on the lattice.
+    data: (n, 12, 2) 1 / r and phi and their derivatives at the corners, as for `coons_patches`.
+    extra: (n, 4, 5) extra values at the corners, as of `Corners`.
+    low, high: (n, 2) limits of 1 / r and phi.
+    cover: (n,) parts of the cells that see the disk.
     """
 
     x: Array
@@ -97,11 +111,17 @@ class DiskCells(NamedTuple):
 
 
 class Lattice(NamedTuple):
-    """The picture's finest lattice; timed: with the travel times of rays.
+    """The finest lattice of a picture.
 
-    least: size of the smallest cells on it for images that are nowhere smooth; phase, 0 to 1: of the places of rays in
-    them; fineness: of the map. A picture that is the mean of several moments has as many rays in a pixel as one of a
-    single moment, if their least cells are larger and their phases differ.
+    A picture that is the mean of several moments has as many rays in a pixel as a picture of one moment if the least
+    cells of its lattices are larger and their phases differ.
+
+    camera: the viewer.
+    view: its picture.
+    timed: True if travel times are computed.
+    least: size of the smallest cells for images that are smooth nowhere.
+    phase: shift of the rays in these cells, 0 to 1.
+    fineness: fineness of the map.
     """
 
     camera: Viewer
@@ -118,7 +138,7 @@ class Lattice(NamedTuple):
 
     @classmethod
     def at_moment(cls, camera: Viewer, view: Raster, timed: bool, number: int, moments: int) -> "Lattice":
-        """The lattice of one of so many moments, each with rays of its own."""
+        """The lattice of one of several moments, each with rays of its own."""
         least = 2 ** min(int(math.log2(moments) / 2), _MOST_HALVINGS)
         return cls(camera, view, timed, least, number * _GOLDEN % 1.0)
 
@@ -148,13 +168,13 @@ class Lattice(NamedTuple):
         beams = beams_of_directions(self.camera, sky, "auto", _TOLERANCE, end=end, time=self.timed, **without)
         radius, per_pixel = beams.radius, pixel_matrix(beams, sky, steps)
         slope = np.stack([-per_pixel[:, 0] / radius[:, None] ** 2, per_pixel[:, 1] / radius[:, None]], axis=1)
-        there = np.isfinite(slope.sum(axis=(1, 2)))
-        side = np.where(there, 0, np.where(beams.status == Status.CAPTURED, -1, 1)).astype(np.int8)
+        crosses = np.isfinite(slope.sum(axis=(1, 2)))
+        side = np.where(crosses, 0, np.where(beams.status == Status.CAPTURED, -1, 1)).astype(np.int8)
         place = np.stack([1 / radius, beams.azimuth], axis=-1)
         return Corners(key, place, slope, self._extra(sky, beams), side, beams.outward)
 
     def rays(self, x: Array, y: Array, crossing: int) -> tuple[Float[Array, "n 2"], Float[Array, "n 5"]]:
-        """1 / r and phi (n, 2), and the extra values (n, 5), of rays at places on the lattice; NaN for none."""
+        """1 / r and phi (n, 2), and the extra values (n, 5), of rays on the lattice; NaN without a crossing."""
         sky, _ = self._directions(x, y)
         end = EquatorialPlane(crossing)
         rays = rays_of_directions(self.camera, sky, "auto", _TOLERANCE, end=end, time=self.timed)
@@ -173,16 +193,20 @@ class Lattice(NamedTuple):
 
 
 class DiskCrossings(NamedTuple):
-    """All crossings of a picture: cells for each of them, and how many beams they took."""
+    """All crossings of a picture.
+
+    cells: cells of each crossing, from the first one on.
+    beams: number of beams traced to each crossing.
+    """
 
     cells: tuple[DiskCells, ...]
     beams: tuple[int, ...]
 
 
 def crossings(lattice: Lattice, inner: float, outer: float, opaque: bool) -> DiskCrossings:
-    """The crossings between two radii, nearest first, until none can follow.
+    """The crossings between two radii, nearest first, up to the last one that can contribute.
 
-    opaque: nothing is seen behind what lies between the radii.
+    opaque: True if the plane between the radii hides everything behind it.
     """
     x, y, size = lattice.roots()
     rims = 1 / outer, 1 / inner
@@ -190,10 +214,10 @@ def crossings(lattice: Lattice, inner: float, outer: float, opaque: bool) -> Dis
     for crossing in range(1, MOST_CROSSINGS + 1):
         if not len(x):
             break
-        # The first image that is not smooth is partly so in the finest cells; those after it are thinner, and nowhere.
+        # The first image that is not smooth is partly smooth in the finest cells; later ones are thinner, and nowhere.
         thin = bool(layers) and bool((layers[-1].cover < 1).any())
-        here = lattice if thin else lattice._replace(least=lattice.fineness.least)
-        cells, corners, traced = _crossing(here, crossing, Squares(x, y, size), rims, before)
+        finer = lattice if thin else lattice._replace(least=lattice.fineness.least)
+        cells, corners, traced = _crossing(finer, crossing, Squares(x, y, size), rims, before)
         beams.append(traced)
         if crossing > 1 and not len(cells.x):
             break
@@ -209,7 +233,7 @@ def _crossing(
     lattice: Lattice, crossing: int, roots: Squares, rims: tuple[float, float], before: Corners
 ) -> tuple[DiskCells, Corners, int]:
     trace, accept = partial(_corners, lattice, crossing, before), partial(_accepted, lattice, rims)
-    cells, level, split = Division(lattice.columns, trace, accept, lattice.least).of(roots, _NONE)
+    cells, level, split = Division(lattice.columns, trace, accept, lattice.least).divide(roots, _NONE)
     traced = len(level.corners.key) - len(_lost(before, level.corners.key).key)
     if split.any():
         sampled, count = _sampled(lattice, crossing, level.squares.x[split], level.squares.y[split], rims)
@@ -230,7 +254,7 @@ def _accepted(
     good = whole & ~empty & _smooth(data, low, high, pixels, rims, lattice.fineness.of_pixel)
     split = ~empty & ~good
     if level.squares.size >= FINEST:
-        # A thin image may bulge over the edge of a cell whose corners it leaves out.
+        # A thin image may bulge into a cell without reaching its corners.
         split |= ~whole & ~good & level.beside(split)
     return _cells(level, data, low, high, good), split
 
@@ -241,21 +265,21 @@ _NONE = Corners(
 
 
 def _corners(lattice: Lattice, crossing: int, before: Corners, key: Int[Array, " n"]) -> Corners:
-    """Corners at some keys: rays that did not cross before do not cross now, and others are traced."""
+    """Corners at some keys: rays without the last crossing have no further one, the others are traced."""
     lost = _lost(before, key)
     new = key[~find(lost.key, key)[1]]
     return merged(lost, lattice.trace(new, crossing)) if len(new) else lost
 
 
 def _lost(before: Corners, key: Int[Array, " n"]) -> Corners:
-    """Crossings at some keys whose rays did not cross before."""
-    number, there = find(before.key, key)
-    number = number[there]
+    """Corners at some keys whose rays have no crossing any more."""
+    number, is_known = find(before.key, key)
+    number = number[is_known]
     return Corners(*(part[number[before.side[number] != 0]] for part in before))
 
 
 def _range(corners: Corners, number: Array, pixels: float) -> tuple[Float[Array, "cells 2"], Float[Array, "cells 2"]]:
-    """Limits of 1 / r and phi in cells, from those corners that cross: each speaks for its quarter."""
+    """Limits of 1 / r and phi in cells, from the corners that cross, each extrapolated over its quarter."""
     place = _aligned(corners.place[number])
     reach = np.abs(corners.slope[number]).sum(axis=-1) * (pixels / 2)
     crosses = (corners.side[number] == 0)[..., None]
@@ -265,7 +289,7 @@ def _range(corners: Corners, number: Array, pixels: float) -> tuple[Float[Array,
 
 
 def _aligned(place: Float[Array, "cells some 2"]) -> Float[Array, "cells some 2"]:
-    """Places whose azimuths within a cell are next to each other, modulo 2 pi."""
+    """Places with the azimuths of a cell shifted by multiples of 2 pi to lie close to each other."""
     place = place.copy()
     phi = place[..., 1]
     first = np.where(np.isnan(phi[:, :1]), np.nanmin(np.where(np.isnan(phi), np.inf, phi), axis=1)[:, None], phi[:, :1])
@@ -275,7 +299,7 @@ def _aligned(place: Float[Array, "cells some 2"]) -> Float[Array, "cells some 2"
 
 
 def _empty(side: Array, low: Array, high: Array, rims: tuple[float, float]) -> Bool[Array, " cells"]:
-    """True for cells that see nothing between the rims: all rays go beyond one of them."""
+    """True for cells that see nothing between the rims: all of their rays pass beyond the same rim."""
     farthest, nearest = rims
     beyond = (high < farthest) & (side >= 0).all(axis=1)
     within = (low > nearest) & (side <= 0).all(axis=1)
@@ -290,7 +314,7 @@ def _data(corners: Corners, number: Array, pixels: float) -> Float[Array, "cells
 def _smooth(
     data: Array, low: Array, high: Array, pixels: float, rims: tuple[float, float], of_pixel: float
 ) -> Bool[Array, " cells"]:
-    """True for patches that are as good as a picture needs."""
+    """True for patches whose errors are small enough for a picture."""
     per_pixel = np.hypot(data[:, 4:8], data[:, 8:]).max(axis=1) / pixels
     least = np.array([_OF_WIDTH * (rims[1] - rims[0]), _OF_AZIMUTH])
     close = doubt(data) <= np.maximum(of_pixel * per_pixel, least)
@@ -306,7 +330,7 @@ def _cells(level: Level[Corners], data: Array, low: Array, high: Array, good: Ar
 def _sampled(lattice: Lattice, crossing: int, x: Array, y: Array, rims: tuple[float, float]) -> tuple[DiskCells, int]:
     """Finest cells on which the map is not smooth, by a few rays each: the part that sees the disk, and a sample of it.
 
-    The ray of the sample changes from cell to cell, and so do the places of all rays, lest they fall into step with a
+    The places of the rays, and the ray of the sample, change from cell to cell, as a regular pattern would beat with a
     thin image.
     """
     size = lattice.least
@@ -321,7 +345,7 @@ def _sampled(lattice: Lattice, crossing: int, x: Array, y: Array, rims: tuple[fl
     on_disk = (place[..., 0] >= rims[0]) & (place[..., 0] <= rims[1])
     count = on_disk.sum(axis=1)
     which = np.flatnonzero(count)
-    # The rays that see the disk come first.
+    # Rays that see the disk are sorted first.
     chosen = (column + 3 * row)[which] % count[which]
     ray = np.argsort(~on_disk[which], axis=1, kind="stable")[np.arange(len(which)), chosen]
     sample = place[which, ray]
@@ -333,7 +357,7 @@ def _sampled(lattice: Lattice, crossing: int, x: Array, y: Array, rims: tuple[fl
 
 
 def covered(layers: tuple[DiskCells, ...], shape: tuple[int, int], inner: float, outer: float) -> Bool[Array, "h w"]:
-    """Pixels of a picture of some shape (h, w) that see nothing but the plane between two radii at one crossing."""
+    """True for pixels (h, w) that see nothing but the plane between two radii at one crossing."""
     mask = np.zeros(shape, bool)
     for cells in layers:
         full = (cells.low[:, 0] >= 1 / outer) & (cells.high[:, 0] <= 1 / inner) & (cells.size >= FINEST)
@@ -350,7 +374,7 @@ def _faint(layers: list[DiskCells], lattice: Lattice) -> bool:
 
 
 def _most(cells: DiskCells, lattice: Lattice) -> float:
-    """The largest part of a pixel that cells cover."""
+    """The largest part of any pixel that cells cover."""
     if not len(cells.x) or cells.size.max() >= FINEST:
         return 1.0
     pixel = cells.y // FINEST * lattice.columns + cells.x // FINEST
@@ -361,13 +385,13 @@ def _most(cells: DiskCells, lattice: Lattice) -> float:
 def _continuing(
     lattice: Lattice, corners: Corners, roots: Squares, rims: tuple[float, float], opaque: bool
 ) -> tuple[Int[Array, " roots"], Int[Array, " roots"]]:
-    """The largest cells in which rays may cross between the rims once more."""
+    """The largest cells in which rays may cross between the rims again."""
     x, y, size = roots
     u = corners.place[:, 0]
     continuing = (corners.side == 0) & ~((u < rims[0]) & corners.outward)
     if opaque:
         continuing &= ~((u >= rims[0]) & (u <= rims[1]))
     row, column = np.divmod(corners.key[continuing], lattice.columns)
-    keys = [lattice.key((column - left) // size * size, (row - up) // size * size) for left in (0, 1) for up in (0, 1)]
+    keys = [lattice.key((column - i) // size * size, (row - j) // size * size) for i in (0, 1) for j in (0, 1)]
     chosen = np.isin(lattice.key(x, y), np.concatenate(keys))
     return x[chosen], y[chosen]

@@ -10,7 +10,7 @@ from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
 from kerrcaustics.scenes.disk.texture import AlphaOpacity
 from kerrcaustics.scenes.scene_checks import check_above_horizon, check_brightness, check_number, check_rims, positive
 from kerrcaustics.shapes import Float
-from kerrcaustics.spacetime.checks import flags, one_of, quoted, real_array
+from kerrcaustics.spacetime.checks import flags, instance_of, one_of, quoted, real_array
 from kerrcaustics.spacetime.kerr import isco
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -26,11 +26,11 @@ OPPOSITE: dict[str, DiskMotion] = {
     "plunging": "retrograde-plunging",
     "retrograde-plunging": "plunging",
 }
-"""Motions of matter that circles the other way."""
+"""The motion in the opposite sense for each motion."""
 
 
 def is_prograde(motion: str) -> bool:
-    """True unless matter that moves in this way circles against the hole."""
+    """True unless the matter circles against the rotation of the hole."""
     return not motion.startswith("retrograde")
 
 
@@ -47,6 +47,17 @@ def disk_about(disk: Any, viewer: Any) -> Any:
     return replace(disk, inner=inner_rim(disk.inner, disk.motion, viewer.spin), opacity=opacity)
 
 
+def check_disk(disk: Any, spin: float) -> None:
+    """Raise ValueError unless there is a disk, outside the horizon of a hole."""
+    instance_of("disk", disk, Disk)
+    disk.check(spin)
+
+
+def outer_rim(disk: Any) -> float:
+    """The radius of the outer rim; 0 for no disk."""
+    return disk.outer if isinstance(disk, Disk) else 0.0
+
+
 def _is_isco(inner: Any) -> bool:
     return isinstance(inner, str) and inner == "isco"
 
@@ -59,15 +70,15 @@ class Disk:
     ----------
     inner, outer : float or "isco"
         Radii of its rims, outside the horizon. inner may be "isco", the innermost stable circular orbit about the hole
-        that it is seen with: the retrograde one for retrograde motions, else the prograde one.
+        of the picture: the retrograde orbit for retrograde motions, else the prograde one.
     emission : Emission
         The light that it emits, the same on both faces: `BlackBody`, `PowerLaw`, `PageThorne`, `Swatches`, `Texture`,
         `Spots`, `Wisps`, `FunctionEmission`, or a class of your own.
     opacity : float or function
         The part of the light behind that the disk blocks when seen along its axis, 0 to 1: 1 - exp(-tau). It does not
-        affect the emission: a transparent disk shines too. If omitted, 1, or the alpha of a `Texture`.
+        affect the emission: a transparent disk emits as well. If omitted, 1, or the alpha of a `Texture`.
     motion : str
-        Motion of what shines, for the shifts of frequency and for the pattern as time goes by: "circular" (prograde
+        Motion of the matter, for the shifts of frequency and for the motion of the pattern: "circular" (prograde
         circular geodesics), "retrograde", "static" (at rest in Boyer-Lindquist coordinates), "plunging" (circular down
         to the ISCO, and from there falling with its energy and angular momentum), "retrograde-plunging".
     slant : bool
@@ -83,8 +94,8 @@ class Disk:
 
     Notes
     -----
-    Where nothing can move in this way (circular geodesics at or within the photon orbit), a disk whose light is
-    shifted is dark.
+    If the motion is impossible at a radius (circular geodesics at or within the photon orbit), the disk is dark there
+    in pictures with shifted light.
 
     Examples
     --------
@@ -139,7 +150,7 @@ class Disk:
 
     @property
     def opaque(self) -> bool:
-        """True if nothing is seen behind it."""
+        """True if the disk hides everything behind it."""
         return not callable(self.opacity) and self.opacity == 1
 
     @property
@@ -148,7 +159,7 @@ class Disk:
         return bool(self.slant) and (callable(self.opacity) or 0 < self.opacity < 1)
 
     def orbital(self, spin: float, radius: Array) -> Array:
-        """dphi / dt (n,) at radii; 0 where nothing can circle."""
+        """dphi / dt (n,) at radii; 0 where the motion is impossible."""
         return orbital(self.motion, spin, radius)
 
     def opacity_at(self, radius: Float[Array, " n"], azimuth: Float[Array, " n"]) -> Float[Array, " n"]:
@@ -169,10 +180,10 @@ class Disk:
         if not self.slanting:
             return 1 - opacity
         with np.errstate(divide="ignore", invalid="ignore"):
-            # Where nothing can move in this way, as if light came along the axis.
+            # If the motion is impossible, the light counts as along the axis.
             return np.exp(np.log1p(-opacity) / np.where(np.isfinite(cosine), np.clip(cosine, 1e-6, 1), 1.0))
 
 
 def orbital(motion: str, spin: float, radius: Array) -> Array:
-    """dphi / dt (n,) of matter that moves in this way, at radii; 0 where nothing can circle."""
+    """dphi / dt (n,) of matter at radii for a motion; 0 where the motion is impossible."""
     return np.nan_to_num(np.asarray(EMITTERS[motion](spin, radius, 0.0).orbital) + np.zeros_like(radius))

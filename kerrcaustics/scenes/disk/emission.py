@@ -18,10 +18,10 @@ from kerrcaustics.spacetime import kerr
 
 Array = np.ndarray
 
-# Pixels with an edge of paint in them are divided so finely in each direction.
+# Divisions each way of pixels that contain an edge of paint.
 _PARTS = 8
 _HOTTEST = 1e6
-# Radii of each of two tables in which the highest flux of a disk is looked up.
+# Number of radii of each of two tables for the largest flux of a disk.
 _RADII = 2001
 
 
@@ -40,15 +40,15 @@ class ThermalEmission(Emission):
 
     @abstractmethod
     def temperature(self, spin: float, radius: Float[Array, " n"]) -> Float[Array, " n"]:
-        """Temperature in kelvin; 0 where nothing shines. spin: of the hole, negative where the disk is retrograde."""
+        """Temperature in kelvin; 0 for no light. spin: of the hole, negative for a retrograde disk."""
 
     def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
-        """The light of a black body; seen with g and both shifts, that of one of g T."""
+        """The light of a black body of temperature T; with the ratio g and both shifts that of a black body of g T."""
         temperature = self.temperature(samples.spin, samples.radius)
         return seen_black_body(temperature, samples.redshift, beaming, colour_shift, self.response)
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
-        """Two where a pixel sees much of the disk, else one."""
+        """Two for pixels that see much of the disk, else one."""
         return np.where(size[:, 0] > 0.02, 2, 1)
 
 
@@ -92,7 +92,7 @@ class PowerLaw(ThermalEmission):
     peak : float
         Kelvin, at the radius `at`.
     exponent : float
-        Temperature goes as radius ** -exponent; 3/4 far out in any disk that radiates the energy that infall sets free.
+        Temperature goes as radius ** -exponent; 3/4 far out in any disk that radiates the energy released by infall.
     at : float
     response : str or MeasuredResponse
         "cie", "film" or measured curves, as for `black_body`.
@@ -165,7 +165,7 @@ class PageThorne(ThermalEmission):
 @lru_cache(maxsize=16)
 def _most_flux(spin: float) -> float:
     low, high, flux = _isco(spin), 4 * _isco(spin), np.zeros(1)
-    # The second table lies around the highest number of the first: steps of 1e-6 make 1e-12 of the flux.
+    # The second table lies about the maximum of the first: steps of 1e-6 change the flux by 1e-12.
     for _ in range(2):
         radius = np.linspace(low, high, _RADII)
         flux = page_thorne_flux(spin, radius)
@@ -187,13 +187,13 @@ def page_thorne_flux(spin: float, radius: ArrayLike) -> Float[Array, "*batch"]:
 
 @lru_cache(maxsize=16)
 def _thin_disk(spin: float) -> tuple[float, ...]:
-    """The numbers of the law for its kernel."""
+    """The parameters of the law for its kernel."""
     third = math.acos(spin) / 3
     roots = (2 * math.cos(third - math.pi / 3), 2 * math.cos(third + math.pi / 3), -2 * math.cos(third))
     shares = []
     for i, root in enumerate(roots):
         first, second = (roots[j] for j in range(3) if j != i)
-        # At spin 0 one of the roots is 0, and so is its term.
+        # At spin 0 one of the roots is 0, and its term vanishes.
         share = 3 * (root - spin) ** 2 / (root * (root - first) * (root - second)) if abs(root) > 1e-12 else 0.0
         shares.append(share)
     return spin, math.sqrt(_isco(spin)), *roots, *shares
@@ -245,10 +245,10 @@ class Swatches(Emission):
 
     @cached_property
     def _paint(self) -> tuple[tuple[float, ...], Float[Array, "rows 12"]]:
-        """What the kernel takes: the colour of the gaps, and the table of rows."""
+        """Arguments of the kernel: the colour of the gaps, and the table of rows."""
         background = from_srgb(self.gap_colour)
         bright = mixed(self.colours, self.rows)
-        # By the columns' parity: the brighter swatches of a row are those of its own.
+        # The brighter swatches of a row are those whose column has its parity.
         even = (np.arange(self.rows) % 2 == 0)[:, None]
         colours = np.stack([np.where(own, bright, DARKER * bright) for own in (even, ~even)], axis=1) - background
         above = np.cumsum((1 - self.gap) * colours, axis=0) - (1 - self.gap) * colours
@@ -263,10 +263,10 @@ class Swatches(Emission):
         return light * shifted_light(samples.redshift, beaming, colour_shift) if beaming or colour_shift else light
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
-        """A large number where an edge may be in sight: not in a swatch, nor between two rows, where nothing moves."""
+        """A large number if an edge may be in sight: not within one swatch, nor in the gap between two rows."""
         painted, bare, coarse = (np.full(len(low), value) for value in (True, False, False))
         for axis, period in ((0, 1 / self.rows), (1, 2 * math.pi / self.columns)):
-            # From the beginning of the paint.
+            # Periods from the start of the paint.
             first = low[:, axis] / period - self.gap / 2
             within = first - np.floor(first)
             last = within + (high - low)[:, axis] / period

@@ -8,14 +8,18 @@ import jax.numpy as jnp
 from kerrcaustics.beams.kernels.programs import Number, Program
 from kerrcaustics.beams.kernels.tables import Table, table_row
 
-# Boxes are no smaller, in swatches.
+# Smallest half width of a box, swatches.
 _LEAST = 1e-9
 
 
 class Picture(NamedTuple):
-    """A picture on a disk (texture.py): rows, columns, and the number of its levels; the disk's width from rim to rim.
+    """A picture on a disk (texture.py).
 
-    pixels: a table; levels: a table of the first pixel, the rows and the columns of each.
+    rows, columns: size of its finest level, pixels.
+    count: number of levels.
+    width: width of the disk from rim to rim, M.
+    pixels: (pixels, channels) values of all levels.
+    levels: (levels, 3) number of the first pixel, rows and columns.
     """
 
     rows: Any
@@ -45,7 +49,11 @@ class Paint(NamedTuple):
 
 
 class DiskBox(NamedTuple):
-    """A part of a pixel on a disk: across, azimuth and radius, and the matrix by rows, as of `DiskSamples`."""
+    """A part of a pixel on a disk.
+
+    across, azimuth, radius: as of `DiskSamples`.
+    matrix: (4,) elements by rows, as of `DiskSamples`.
+    """
 
     across: Any
     azimuth: Any
@@ -54,7 +62,13 @@ class DiskBox(NamedTuple):
 
 
 class Thin(NamedTuple):
-    """The law of Page & Thorne: the spin; roots of the ISCO and of its cubic equation, and what the latter count."""
+    """The law of Page & Thorne, in x = sqrt(r).
+
+    spin: spin of the hole, negative for a retrograde disk.
+    last: x of the innermost stable circular orbit.
+    roots: (3,) roots of x^3 - 3 x + 2 spin.
+    shares: (3,) factors of the logarithms that belong to the roots.
+    """
 
     spin: Any
     last: Any
@@ -63,7 +77,7 @@ class Thin(NamedTuple):
 
 
 def _box(spot: DiskBox, width: Any) -> tuple[Any, Any]:
-    """As `DiskSamples.box`."""
+    """Half sides across and along azimuth, as by `DiskSamples.box`."""
     a, b, c, d = spot.matrix
     return jnp.sqrt(a * a + b * b) / (2 * width), jnp.sqrt(c * c + d * d) / (2 * spot.radius)
 
@@ -81,7 +95,7 @@ def texture_light(picture: Picture, spot: DiskBox) -> Any:
 
 
 def _looked_up(pixels: Any, level: Any, down: Any, right: Any) -> Any:
-    """Light (channels,) at parts of the height and of the way round of a level, linear between pixels."""
+    """Light (channels,) at parts of the height and of the circumference of a level, linear between pixels."""
     first, rows, columns = level
     y, x = jnp.minimum(jnp.maximum(down * rows - 0.5, 0.0), rows - 1), right * columns - 0.5
     top, left = jnp.maximum(jnp.minimum(jnp.floor(y), rows - 2), 0.0), jnp.floor(x)
@@ -98,7 +112,7 @@ def paint_light(paint: Paint, spot: DiskBox) -> Any:
     """Light (3,) of swatches, averaged over a box."""
     half_across, half_turn = _box(spot, paint.width)
     place, half = spot.across * paint.rows, jnp.maximum(half_across * paint.rows, _LEAST)
-    # What lies beyond a rim is none of the disk.
+    # The disk ends at its rims.
     low, high = jnp.maximum(place - half, 0.0), jnp.minimum(place + half, paint.rows)
     colours = ((_integral(paint, high) - _integral(paint, low)) / (high - low)).reshape(2, 3)
     per_pair = paint.columns / (4 * math.pi)
@@ -115,19 +129,19 @@ def _integral(paint: Paint, place: Any) -> Any:
 
 
 def _share(gap: Any, turns: Any, half: Any) -> Any:
-    """The part of intervals about turns that is within a stripe which recurs every turn."""
+    """The part of intervals about turns that a stripe covers which recurs every turn."""
     length = (1 - gap) / 2
 
-    def before(place: Any) -> Any:
+    def stripe_length(place: Any) -> Any:
         whole = jnp.floor(place)
         return whole * length + _clip(place - whole - gap / 4, length)
 
-    return (before(turns + half) - before(turns - half)) / (2 * half)
+    return (stripe_length(turns + half) - stripe_length(turns - half)) / (2 * half)
 
 
 def _clip(value: Any, most: Any) -> Any:
-    """A value, no less than 0 and no more than that."""
-    # Simpler than a clip, which has a case for what is no number.
+    """A value cut to [0, most]."""
+    # Cheaper than `clip`, which treats NaN separately.
     return jnp.where(value > 0, jnp.where(value < most, value, most), 0.0)
 
 
@@ -142,7 +156,7 @@ def thin_disk_flux(law: Thin, radius: Any) -> Any:
     return jnp.where(x > last, jnp.maximum(shape * total, 0.0), 0.0)
 
 
-# They stand where functions have numbers.
+# Kinds of numbers in the signatures of kernels.
 _ONE: Any = Number.OF_CALL
 _EACH: Any = Number.OF_RAY
 _SPOT = DiskBox(_EACH, _EACH, _EACH, (_EACH,) * 4)
@@ -156,5 +170,5 @@ def programs() -> dict[str, Program]:
     return {
         "paint": Program(paint_light, (paint, _SPOT)),
         "thin_disk_flux": Program(thin_disk_flux, (law, _EACH)),
-        **{f"texture_{channels}": Program(texture_light, (one, _SPOT)) for channels, one in pictures.items()},
+        **{f"texture_{channels}": Program(texture_light, (picture, _SPOT)) for channels, picture in pictures.items()},
     }

@@ -1,4 +1,4 @@
-"""The same picture without the hole: straight rays in flat space, to show beside what `render` makes."""
+"""Pictures without the hole: straight rays in flat space, for comparison with `render`."""
 
 import math
 
@@ -8,7 +8,7 @@ from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.scenes.disk.disk import Disk, disk_about
 from kerrcaustics.scenes.disk.samples import DiskSamples, emitted_light
 from kerrcaustics.scenes.footprint import Footprint
-from kerrcaustics.scenes.points import drawn
+from kerrcaustics.scenes.points import draw_points
 from kerrcaustics.scenes.raster import check_picture
 from kerrcaustics.scenes.sky import UNSHIFTED, Sky, check_sky, light_of_sky
 from kerrcaustics.scenes.view import View
@@ -19,7 +19,7 @@ from kerrcaustics.spacetime.sphere import from_angles, polar_basis
 
 Array = np.ndarray
 
-# Each pixel of the disk is divided so many times in each direction, for its rims and its paint.
+# Divisions each way of the pixels of a disk, for its rims and its paint.
 _DIVISIONS = 6
 
 
@@ -27,12 +27,12 @@ _DIVISIONS = 6
 def render_flat(
     camera: Camera, view: View, sky: Sky | None = None, *, disk: Disk | None = None, sky_radius: float = math.inf
 ) -> Float[Array, "height width 3"]:
-    """Light (height, width, 3) of a sky and a disk as a camera at rest sees them where there is no hole.
+    """Light (height, width, 3) of a sky and a disk as a camera at rest sees them without a hole.
 
     Parameters
     ----------
     camera : Camera
-        Its place (radius, inclination) counts as spherical coordinates, its axes stay; it does not move.
+        Its radius and inclination count as spherical coordinates, its axes are kept, and it is at rest.
     view : View
     sky : Sky, optional
     disk : Disk, optional
@@ -85,17 +85,17 @@ def _turn(camera: Camera) -> Float[Array, "3 3"]:
 
 
 def _draw_points(camera: Camera, view: View, sky: Sky, viewer: Float[Array, "3"], light: Float[Array, "h w 3"]) -> None:
-    """Add the points of light that a sky may have, where they are."""
+    """Draw the points of light of a sky, if it has any."""
     points = sky.points
     if points is None:
         return
-    way = points.direction - viewer
-    length = np.linalg.norm(way, axis=1)
-    place = view.pixels(way / length[:, None] @ _turn(camera).T)
+    offset = points.direction - viewer
+    length = np.linalg.norm(offset, axis=1)
+    place = view.pixels(offset / length[:, None] @ _turn(camera).T)
     some = ((place > -2) & (place < (view.width + 1, view.height + 1))).all(axis=1)
-    # The sphere's own solid angle, as its centre and as the camera sees it.
-    magnification = np.vecdot(way, points.direction) / length**3
-    drawn(light, view, place[some], points.flux[some] * magnification[some, None])
+    # Ratio of the solid angles of a part of the sphere from the camera and from the centre.
+    magnification = np.vecdot(offset, points.direction) / length**3
+    draw_points(light, view, place[some], points.flux[some] * magnification[some, None])
 
 
 def _footprint(direction: Float[Array, "n 3"], steps: Float[Array, "n 3 2"], viewer: Float[Array, "3"]) -> Footprint:
@@ -103,7 +103,7 @@ def _footprint(direction: Float[Array, "n 3"], steps: Float[Array, "n 3 2"], vie
     ahead = direction @ viewer
     length = (np.sqrt(ahead**2 + 1 - viewer @ viewer) - ahead)[:, None]
     end = viewer + length * direction
-    # The end stays on the sphere: it moves across the ray, and along it as far as that takes.
+    # The end of the ray stays on the sphere: its displacement has a part along the ray.
     along = (end[:, None] @ steps) / np.vecdot(end, direction)[:, None, None]
     steps = length[..., None] * (steps - direction[..., None] * along)
     matrix = np.stack(polar_basis(end), axis=-2) @ steps
@@ -113,7 +113,7 @@ def _footprint(direction: Float[Array, "n 3"], steps: Float[Array, "n 3 2"], vie
 def _disk_light(
     camera: Camera, view: View, disk: Disk, x: Array, y: Array
 ) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
-    """The disk's light (n, 3) at parts of pixels, and the part (n,) of the light behind that comes through."""
+    """Light (n, 3) of the disk in parts of pixels, and its transmission (n,)."""
     direction, steps = _line_of_sight(camera, view, x, y)
     steps = steps / _DIVISIONS
     start = camera.radius * from_angles(camera.inclination, 0.0)
@@ -124,7 +124,7 @@ def _disk_light(
     on = np.flatnonzero((length > 0) & (radius >= disk.inner) & (radius <= disk.outer))
     light, transmission = np.zeros((len(x), 3)), np.ones(len(x))
     direction, place, radius = direction[on], place[on], radius[on]
-    # In the plane a direction's displacement is stretched along the ray.
+    # In the plane, a displacement of the direction is stretched along the ray.
     slope = steps[on] - direction[:, :, None] * (steps[on, 2:] / direction[:, 2:, None])
     along = place[:, :2] / radius[:, None]
     frame = np.stack([along, np.stack([-along[:, 1], along[:, 0]], axis=-1)], axis=1)

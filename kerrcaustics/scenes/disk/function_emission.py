@@ -34,8 +34,8 @@ class FunctionEmission(Emission):
 
     Errors
     ------
-    A part of a pixel gets the mean over what it sees of the disk, by points no further apart than `detail` along both
-    sides, at most 16 along each: what is finer than a sixteenth of a part is seen as noise.
+    A part of a pixel has the mean over its image on the disk, by points no further apart than `detail` along both
+    sides, at most 16 along each. Features finer than a sixteenth of a part appear as noise.
 
     Examples
     --------
@@ -54,19 +54,19 @@ class FunctionEmission(Emission):
         check_light_function(self.function, "radii and azimuths (m,)", self.detail, "length")
 
     def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
-        """Linear sRGB light (n, 3); for a shift of colours it counts as that of daylight."""
+        """Linear sRGB light (n, 3); for a shift of colours it has the spectrum of daylight."""
         light = means(np.linalg.norm(samples.matrix, axis=1) / self.detail, partial(self._mean, samples))
         return light * shifted_light(samples.redshift, beaming, colour_shift)
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
-        """One: what a pixel sees is averaged by points within it."""
+        """One: the light of a pixel is the mean over points in it."""
         return np.ones(len(size), int)
 
     def _mean(self, samples: DiskSamples, which: Int[Array, " m"], first: int, second: int) -> Float[Array, "m 3"]:
-        """Means over so many points of parts, along both of their sides."""
+        """Means over first x second points of parts of pixels."""
         places = np.stack([part.ravel() for part in np.meshgrid(_middles(first), _middles(second), indexing="ij")])
         across, along = np.moveaxis(samples.matrix[which] @ places, 1, 0)
-        # The disk goes on beyond its rims: what is seen of it has been cut out.
+        # Points beyond a rim count as on the rim: the coverage of the part is known separately.
         inner = samples.radius[which] - samples.across[which] * samples.width
         radius = np.clip((samples.radius[which, None] + across).T, inner, inner + samples.width).T
         azimuth = samples.azimuth[which, None] + along / samples.radius[which, None]

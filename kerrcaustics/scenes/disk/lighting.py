@@ -1,7 +1,7 @@
 """The light of a disk in the pixels of a picture, from cells that see it (crossings.py).
 
-Pixels are divided into as many parts as their light needs. Each part is lit front to back through all crossings;
-rims are covered to the exact part of a square on which the radius is linear.
+Pixels are divided into as many parts as their light needs. The light of each part is summed front to back over all
+crossings. At rims the covered fraction is exact for a radius that is linear over the part.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -25,18 +25,26 @@ from kerrcaustics.shapes import Bool, Float, Int
 Array = np.ndarray
 
 # Parts of pixels that a core lights at a time: they fit in its cache.
-_LIT = 1 << 15
-# Pixels with a rim in sight are divided so finely in each direction: one crossing's rim may lie before another's.
+_TOGETHER = 1 << 15
+# Divisions each way of pixels that see a rim: the rim of one crossing may lie in front of another crossing.
 _AT_RIM = 4
-# How far a pixel reaches from its middle, in its steps, and some more as these are not quite even.
+# Half the width of a pixel in its own steps, with a margin as the steps vary over the pixel.
 _PIXEL_REACH = 0.75
-# And so finely where an opacity that is a function changes by more than this over a cell, of which it is looked at in
-# so many places in each direction.
-_AT_CHANGE, _UNEVEN, _LOOKED_AT = 8, 1 / 64, 4
+# Divisions each way of pixels in which an opacity that is a function varies.
+_AT_CHANGE = 8
+# Change of the opacity over a cell above which it counts as varying.
+_UNEVEN = 1 / 64
+# Places each way in a cell at which the opacity is evaluated.
+_SAMPLED = 4
 
 
 class Looks(NamedTuple):
-    """Conditions of the light of a disk: the spin, the switches of `render`, and the camera's time."""
+    """Conditions of the light of a disk.
+
+    spin: spin of the hole.
+    beaming, colour_shift, delay: switches of `render`.
+    time: coordinate time of the camera, M.
+    """
 
     spin: float
     beaming: bool
@@ -46,32 +54,32 @@ class Looks(NamedTuple):
 
 
 class _Layer(NamedTuple):
-    """A crossing."""
+    """Cells of one crossing by pixels."""
 
     table: Float[Array, "cells numbers"]
-    """Its cells, as kernels read them."""
+    """The cells as a table for kernels."""
     large: Int[Array, " pixels"]
-    """The cell that each pixel lies in, -1 for none."""
+    """Number of the cell that contains each pixel; -1 without one."""
     pixel: Int[Array, " small"]
-    """Pixels of the cells that lie within one, ascending."""
+    """Pixels of the cells smaller than a pixel, ascending."""
     small: Int[Array, " small"]
-    """These cells."""
+    """Numbers of these cells."""
     size: Int[Array, " cells"]
-    """Of all cells, on the finest lattice."""
+    """Sizes of all cells on the finest lattice."""
     corner: Int[Array, "2 cells"]
-    """Of all cells, x and y in their pixel, on this lattice."""
+    """Corners x and y of all cells in their pixel, on this lattice."""
 
 
-def lit(
+def disk_light(
     disk: Disk | None, crossings: tuple[DiskCells, ...], shape: tuple[int, int], looks: Looks, veil: Veil | None = None
 ) -> tuple[Float[Array, "h w 3"], Float[Array, "h w"]]:
-    """Linear light of the pixels of a picture, and the part of the light behind that comes through.
+    """Linear light of a disk and a volume in the pixels of a picture, and their transmission.
 
-    veil: a volume, divided by as many crossings. Where it and the disk change within a pixel, it counts by its mean.
+    veil: the volume, divided by the crossings; within a pixel it counts by its mean.
     """
     light, transmission = np.zeros((shape[0] * shape[1], 3), np.float32), np.ones(shape[0] * shape[1], np.float32)
     if veil is not None:
-        light[:], transmission[:] = veil.whole()
+        light[:], transmission[:] = veil.total()
     if disk is None:
         return light.reshape(*shape, 3), transmission.reshape(shape)
     parts = np.zeros(shape[0] * shape[1], np.uint8)
@@ -79,17 +87,17 @@ def lit(
 
     def store(pixels: Array) -> None:
         grid = _DividedPixels(shape[1], int(parts[pixels[0]]), pixels)
-        light[pixels], transmission[pixels] = _chunk_lit(disk, layers, looks, grid, veil)
+        light[pixels], transmission[pixels] = _chunk_light(disk, layers, looks, grid, veil)
 
     lit_pixels = np.flatnonzero(parts)
-    chunks = [lit_pixels[rows] for rows in in_chunks(parts[lit_pixels], lambda count: _LIT // count**2)]
+    chunks = [lit_pixels[rows] for rows in in_chunks(parts[lit_pixels], lambda count: _TOGETHER // count**2)]
     with ThreadPoolExecutor(cores()) as pool:
         list(pool.map(store, chunks))
     return light.reshape(*shape, 3), transmission.reshape(shape)
 
 
 def _layer(disk: Disk, cells: DiskCells, shape: tuple[int, int], looks: Looks, parts: Array) -> _Layer:
-    """The cells of a crossing by pixels; `parts` of each pixel grows to what they need."""
+    """The cells of a crossing by pixels; raises `parts` of each pixel to the number that they need."""
     height, width = shape
     needed, least = _divisions(disk, cells, looks)
     large = np.full(height * width, -1)
@@ -101,7 +109,7 @@ def _layer(disk: Disk, cells: DiskCells, shape: tuple[int, int], looks: Looks, p
         x, y, number = np.broadcast_arrays(x, y, which[:, None, None])
         divisions = np.maximum(needed[number], least[number])
         finer = np.flatnonzero((needed > least)[which] & (pixels > 1))
-        for rows in np.array_split(finer, -(-finer.size * pixels**2 // _LIT) or 1):
+        for rows in np.array_split(finer, -(-finer.size * pixels**2 // _TOGETHER) or 1):
             divisions[rows] = np.maximum(_of_pixels(disk, cells, which[rows], int(pixels)), least[number[rows]])
         inside = (x < width) & (y < height)
         place = y[inside] * width + x[inside]
@@ -118,16 +126,16 @@ def _layer(disk: Disk, cells: DiskCells, shape: tuple[int, int], looks: Looks, p
 
 
 def _cell_table(cells: DiskCells) -> Float[Array, "cells numbers"]:
-    """Cells as kernels read them."""
+    """The table of cells for kernels."""
     lengths = [part / FINEST for part in (cells.x, cells.y, cells.size)]
     columns = *lengths, cells.cover, cells.data.reshape(-1, 24), cells.extra.reshape(-1, 20)
     return np.asarray(kernel("disk_cell").on_rays((), columns))
 
 
 def _divisions(disk: Disk, cells: DiskCells, looks: Looks) -> tuple[Int[Array, " cells"], Int[Array, " cells"]]:
-    """Numbers of parts, in each direction, of the pixels of cells, powers of two to 16.
+    """Numbers of parts each way of the pixels of cells, powers of two up to 16.
 
-    By the emission and rims, which some pixels need less; and at least.
+    The first number is for emission and rims, and may be smaller in some of the pixels; the second is the least number.
     """
     pixels = cells.size / FINEST
     slope = np.hypot(cells.data[:, 4:8], cells.data[:, 8:]).max(axis=1) / pixels[:, None]
@@ -137,7 +145,7 @@ def _divisions(disk: Disk, cells: DiskCells, looks: Looks) -> tuple[Int[Array, "
 
 
 def _of_pixels(disk: Disk, cells: DiskCells, which: Int[Array, " n"], pixels: int) -> Int[Array, "n down right"]:
-    """The same by the emission and rims of each pixel of cells of one size."""
+    """Numbers of parts for emission and rims of each pixel of cells of one size."""
     where, data = weights(0.0, 0.0, 1.0, pixels), np.moveaxis(cells.data[which], -1, 0)
     place, right, down = (
         np.moveaxis(data @ part, 0, -1).reshape(-1, 2) for part in (where.value, where.along_x, where.along_y)
@@ -148,16 +156,17 @@ def _of_pixels(disk: Disk, cells: DiskCells, which: Int[Array, " n"], pixels: in
 
 
 def _between_rims(disk: Disk, low: Array, high: Array) -> tuple[Float[Array, "n 2"], Float[Array, "n 2"]]:
-    """Limits of across and azimuth, of 1 / r and azimuth: what reaches beyond a rim is none of the disk."""
+    """Limits of across and azimuth from those of 1 / r and azimuth, cut at the rims."""
     far, near = np.clip(low[:, 0], 1 / disk.outer, None), np.clip(high[:, 0], None, 1 / disk.inner)
     across = [(1 / np.maximum(part, 1e-12) - disk.inner) / (disk.outer - disk.inner) for part in (near, far)]
     return np.stack([across[0], low[:, 1]], axis=-1), np.stack([across[1], high[:, 1]], axis=-1)
 
 
 def _needed(disk: Disk, low: Array, high: Array, slope: Array) -> Int[Array, " n"]:
-    """Numbers of parts by the emission and rims.
+    """Numbers of parts for emission and rims.
 
-    low, high, slope (n, 2), of 1 / r and azimuth: between which they lie, and how far they go in a pixel.
+    low, high: (n, 2) limits of 1 / r and azimuth.
+    slope: (n, 2) their changes over a pixel.
     """
     width = disk.outer - disk.inner
     size = np.stack([slope[:, 0] / np.maximum(low[:, 0], 1 / disk.outer) ** 2 / width, slope[:, 1]], axis=-1)
@@ -167,18 +176,18 @@ def _needed(disk: Disk, low: Array, high: Array, slope: Array) -> Int[Array, " n
 
 
 def _uneven(disk: Disk, cells: DiskCells, low: Array, high: Array, looks: Looks) -> Bool[Array, " cells"]:
-    """Cells in which an opacity that is a function changes; low, high (n, 2), between which across and azimuth lie."""
+    """True for cells in which an opacity that is a function varies; low, high: (n, 2) limits of across and azimuth."""
     if not callable(disk.opacity):
         return np.zeros(len(low), bool)
-    step = (np.arange(_LOOKED_AT) / (_LOOKED_AT - 1))[:, None, None]
+    step = (np.arange(_SAMPLED) / (_SAMPLED - 1))[:, None, None]
     across, azimuth = np.moveaxis(low + step * (high - low), -1, 0)
     radius = disk.inner + (disk.outer - disk.inner) * np.clip(across, 0, 1)
-    azimuth = np.broadcast_to(azimuth[:, None], (_LOOKED_AT, *azimuth.shape))
+    azimuth = np.broadcast_to(azimuth[:, None], (_SAMPLED, *azimuth.shape))
     radius = np.broadcast_to(radius, azimuth.shape)
     if not disk.emission.keeps_shape:
         emitted = looks.time - cells.extra[..., 4].mean(axis=1) * looks.delay
         azimuth = azimuth - disk.orbital(looks.spin, radius) * emitted
-    opacity = disk.opacity_at(radius.ravel(), azimuth.ravel()).reshape(_LOOKED_AT**2, -1)
+    opacity = disk.opacity_at(radius.ravel(), azimuth.ravel()).reshape(_SAMPLED**2, -1)
     return np.ptp(opacity, axis=0) > _UNEVEN
 
 
@@ -186,15 +195,19 @@ class _DividedPixels(NamedTuple):
     """Parts of some pixels of a picture."""
 
     width: int
-    """Of the picture, in pixels."""
+    """Width of the picture, pixels."""
     divisions: int
-    """Parts of a pixel each way."""
+    """Number of parts of a pixel each way."""
     pixels: Int[Array, " n"]
-    """The pixels, ascending."""
+    """Numbers of the pixels, ascending."""
 
 
-class _Sight(NamedTuple):
-    """Parts of pixels that see the plane at one crossing, and what they see, as `disk_sample` has it (m,)."""
+class _VisibleParts(NamedTuple):
+    """Parts of pixels that see the disk at one crossing.
+
+    target: (m,) numbers of the parts.
+    The other fields (m, ...) are those that `disk_sample` returns.
+    """
 
     target: Array
     cover: Array
@@ -208,42 +221,42 @@ class _Sight(NamedTuple):
     photon: Array
 
 
-def _chunk_lit(
+def _chunk_light(
     disk: Disk, layers: list[_Layer], looks: Looks, grid: _DividedPixels, veil: Veil | None
 ) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
     """Light and transmission of some pixels."""
     parts, pixels = grid.divisions**2, grid.pixels
     light, transmission = np.zeros((len(pixels) * parts, 3)), np.ones(len(pixels) * parts)
     for number, layer in enumerate(layers):
-        passing_before = _matter_lit(veil, number, parts, pixels, light, transmission)
+        passing_before = _add_volume(veil, number, parts, pixels, light, transmission)
         lit_through = transmission if passing_before is None else transmission * passing_before
-        sight = _sight(disk, layer, looks, grid, lit_through) if len(layer.table) else None
-        if sight is None or not len(sight.target):
+        parts_seen = _visible_parts(disk, layer, looks, grid, lit_through) if len(layer.table) else None
+        if parts_seen is None or not len(parts_seen.target):
             continue
-        shining, passing = _parts_lit(disk, sight, looks)
-        shining *= lit_through[sight.target, None]
-        light[sight.target] += shining
-        transmission[sight.target] *= passing
-    last = _matter_lit(veil, len(layers), parts, pixels, light, transmission)
+        shining, passing = _part_light(disk, parts_seen, looks)
+        shining *= lit_through[parts_seen.target, None]
+        light[parts_seen.target] += shining
+        transmission[parts_seen.target] *= passing
+    last = _add_volume(veil, len(layers), parts, pixels, light, transmission)
     transmission = transmission if last is None else transmission * last
-    each = np.full((1, parts), 1 / parts)
-    return (each @ light.reshape(len(pixels), -1, 3))[:, 0], transmission.reshape(len(pixels), -1) @ each[0]
+    mean = np.full((1, parts), 1 / parts)
+    return (mean @ light.reshape(len(pixels), -1, 3))[:, 0], transmission.reshape(len(pixels), -1) @ mean[0]
 
 
-def _matter_lit(
+def _add_volume(
     veil: Veil | None, number: int, parts: int, pixels: Array, light: Array, transmission: Array
 ) -> Float[Array, " parts"] | None:
-    """Add the light of a volume before a crossing to parts of pixels, and return the part that it lets through."""
+    """Add the light of a volume in front of a crossing to parts of pixels, and return its transmission."""
     if veil is None:
         return None
     light += transmission[:, None] * np.repeat(veil.light[number][pixels], parts, axis=0)
     return np.repeat(veil.transmission[number][pixels], parts)
 
 
-def _sight(
+def _visible_parts(
     disk: Disk, layer: _Layer, looks: Looks, grid: _DividedPixels, transmission: Float[Array, " parts"]
-) -> _Sight:
-    """Parts that see the plane, and of whose light there some comes through."""
+) -> _VisibleParts:
+    """Parts that see the disk, and from which light reaches the camera."""
     target, cell = _visible(layer, grid)
     if not transmission.all():
         open_to = transmission[target] > 0
@@ -252,59 +265,59 @@ def _sight(
     circles = not disk.emission.keeps_shape
     numbers = disk.inner, disk.outer, *_matter(disk.motion, looks.spin), looks.time, looks.delay, circles, *grid[:2]
     columns = grid.pixels[row] * grid.divisions**2 + part, cell
-    sight = _Sight(target, *kernel("disk_sample").on_rays(numbers, columns, tables=[layer.table]))
-    seen = sight.cover > 0
-    return sight if seen.all() else _Sight(*(values[seen] for values in sight))
+    parts_seen = _VisibleParts(target, *kernel("disk_sample").on_rays(numbers, columns, tables=[layer.table]))
+    is_covered = parts_seen.cover > 0
+    return parts_seen if is_covered.all() else _VisibleParts(*(values[is_covered] for values in parts_seen))
 
 
 @lru_cache(maxsize=16)
 def _matter(motion: str, spin: float) -> tuple[float, ...]:
-    """The numbers of a motion for its kernel."""
+    """The parameters of a motion for its kernel."""
     sense = 0 if motion == "static" else 1 if is_prograde(motion) else -1
     fall = Fall.from_isco(spin, sense) if motion.endswith("plunging") else Fall(0.0, 1.0, 0.0)
     return spin, sense, *(float(number) for number in fall)
 
 
 def _visible(layer: _Layer, grid: _DividedPixels) -> tuple[Int[Array, " m"], Int[Array, " m"]]:
-    """Numbers (m,) of parts that see one crossing, pixel by pixel as they are given, and of the cells that they see."""
+    """Numbers (m,) of parts that see one crossing, in the order of the pixels, and of the cells that they see."""
     count, pixels = grid.divisions, grid.pixels
     number = layer.large[pixels]
     rows = np.flatnonzero(number >= 0)
-    found = [(np.add.outer(rows * count**2, np.arange(count**2)).ravel(), np.repeat(number[rows], count**2))]
+    pairs = [(np.add.outer(rows * count**2, np.arange(count**2)).ravel(), np.repeat(number[rows], count**2))]
     first, last = np.searchsorted(layer.pixel, [pixels[0], pixels[-1] + 1])
     row = np.searchsorted(pixels, layer.pixel[first:last])
-    here = pixels[row] == layer.pixel[first:last]
-    cell, row = layer.small[first:last][here], row[here]
+    is_given = pixels[row] == layer.pixel[first:last]
+    cell, row = layer.small[first:last][is_given], row[is_given]
     for size in np.unique(layer.size[cell]):
         which = layer.size[cell] == size
         within = np.arange(size * count // FINEST)
         right, down = layer.corner[:, cell[which]] * count // FINEST
         start = row[which] * count**2 + down * count + right
         target = start[:, None] + np.add.outer(within * count, within).ravel()
-        found.append((target.ravel(), np.repeat(cell[which], len(within) ** 2)))
-    target, seen = (np.concatenate(part) for part in zip(*found, strict=True))
-    return target, seen
+        pairs.append((target.ravel(), np.repeat(cell[which], len(within) ** 2)))
+    target, cells = (np.concatenate(part) for part in zip(*pairs, strict=True))
+    return target, cells
 
 
-def _parts_lit(disk: Disk, sight: _Sight, looks: Looks) -> tuple[Float[Array, "m 3"], Float[Array, " m"]]:
+def _part_light(disk: Disk, parts_seen: _VisibleParts, looks: Looks) -> tuple[Float[Array, "m 3"], Float[Array, " m"]]:
     """Light (m, 3) and transmission (m,) of parts of pixels."""
-    samples = _samples(disk, sight, looks)
+    samples = _samples(disk, parts_seen, looks)
     emitted = emitted_light(disk.emission, samples, Shifts(looks.beaming, looks.colour_shift))
     shining = np.multiply(disk.brightness, emitted, dtype=float)
-    shining *= sight.cover[:, None]
-    return shining, 1 - sight.cover * (1 - disk.transmitted(samples, sight.cosine))
+    shining *= parts_seen.cover[:, None]
+    return shining, 1 - parts_seen.cover * (1 - disk.transmitted(samples, parts_seen.cosine))
 
 
-def _samples(disk: Disk, sight: _Sight, looks: Looks) -> DiskSamples:
-    """Samples of the disk, or of its pattern, which circles as light travels."""
+def _samples(disk: Disk, parts_seen: _VisibleParts, looks: Looks) -> DiskSamples:
+    """Samples of the disk at the parts of pixels."""
 
     def opposite(samples: DiskSamples) -> DiskSamples:
         reverse = OPPOSITE[disk.motion]
-        b, q, at_infinity, outward = sight.photon.T
-        photon = (b, q), (sight.radius, 0.0), at_infinity, outward > 0.5
+        b, q, at_infinity, outward = parts_seen.photon.T
+        photon = (b, q), (parts_seen.radius, 0.0), at_infinity, outward > 0.5
         ratio = np.asarray(redshift(EMITTERS[reverse], looks.spin, *photon))
         return samples._replace(redshift=ratio, orbital=partial(orbital, reverse, looks.spin))
 
     width, spin = disk.outer - disk.inner, looks.spin if is_prograde(disk.motion) else -looks.spin
-    seen = sight.radius, sight.azimuth, sight.across, sight.matrix, sight.redshift
-    return DiskSamples(*seen, width, spin, sight.time, partial(disk.orbital, looks.spin), opposite)
+    seen = parts_seen.radius, parts_seen.azimuth, parts_seen.across, parts_seen.matrix, parts_seen.redshift
+    return DiskSamples(*seen, width, spin, parts_seen.time, partial(disk.orbital, looks.spin), opposite)

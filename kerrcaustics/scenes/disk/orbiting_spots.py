@@ -26,15 +26,21 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 
-# Spots are heeded within so many deviations, and are widened to a pixel so many times, at most.
-_DEVIATIONS, _WIDEST = 3.5, 6.0
-# A step within the spots, in sqrt(size r), before the step of the march.
+# Radius of a spot, in standard deviations, beyond which its light is left out.
+_DEVIATIONS = 3.5
+# Largest factor by which a spot is widened to a pixel.
+_WIDEST = 6.0
+# Length of a step among the spots, in sqrt(size r), before the factor of the march.
 _SCALE = 1.0
-# Of a spot's peak: fainter parts are not lit.
+# Part of a spot's peak below which its light is left out.
 _FAINTEST = 1e-3
-# Time between two trees; and of a trace, between two of its moments, in deviations that a spot goes.
-_BETWEEN, _TRACE_STEP, _MOST_MOMENTS = 0.5, 2.0, 400
-# No orbit is faster at its radius, times sqrt(radius), in coordinate time and of the unit vector times the radius.
+# Time between two search trees, M.
+_BETWEEN = 0.5
+# Length of the path between two moments of a streak, standard deviations of a spot.
+_STREAK_STEP = 2.0
+# Largest number of moments of a streak.
+_MOST_MOMENTS = 400
+# Upper limit of the coordinate speed of circular orbits, times sqrt(radius).
 _FASTEST = 1.5
 
 _COLUMNS = {"phase": 0.0, "inclination": 0.0, "node": 0.0, "temperature": 6504.0, "brightness": 1.0}
@@ -44,7 +50,7 @@ _COLUMNS = {"phase": 0.0, "inclination": 0.0, "node": 0.0, "temperature": 6504.0
 class OrbitingSpots:
     """Round spots, each on a circular orbit of its own, tilted by any angle: balls that glow and hide nothing.
 
-    They take the place of a `Volume` in `render` and `TracedView.show`, whose `time` and `delay` they heed.
+    They take the place of a `Volume` in `render` and `TracedView.show`, and depend on `time` and `delay`.
 
     Parameters
     ----------
@@ -73,8 +79,8 @@ class OrbitingSpots:
     Notes
     -----
     In its middle a spot is as bright as a black body, from all sides, and its light falls off as a Gaussian. A spot
-    smaller than a pixel is widened to it, to six times its size at most, and dimmed accordingly: where pixels are
-    coarser than that, as in the images next to the shadow edge, they show grains of light. Orbits may be unstable, as
+    smaller than a pixel is widened to it, to six times its size at most, and dimmed accordingly. Coarser
+    pixels, as in the images next to the shadow edge, show grains of light. Orbits may be unstable, as
     within the ISCO.
 
     Examples
@@ -119,12 +125,12 @@ class OrbitingSpots:
 
     @property
     def inner(self) -> float:
-        """The radius within which there is nothing."""
+        """Radius of the inner end of the matter."""
         return max(float(self.radius.min()) - self._reach, float(self.radius.min()) / 2)
 
     @property
     def outer(self) -> float:
-        """The radius beyond which there is nothing."""
+        """Radius of the outer end of the matter."""
         return float(self.radius.max()) + self._reach
 
     @property
@@ -132,7 +138,7 @@ class OrbitingSpots:
         return _DEVIATIONS * _WIDEST * self.size
 
     def check(self, spin: float) -> None:
-        """Raise ValueError where a hole has no such orbit."""
+        """Raise ValueError unless the hole has these orbits."""
         energy, *_ = spherical_constants(spin, self.radius, self.inclination)
         wrong = np.flatnonzero(~np.isfinite(energy) | (self.radius <= kerr.horizon(spin)))
         if len(wrong):
@@ -148,31 +154,45 @@ class OrbitingSpots:
         """The spots turned about the spin axis by an angle (radians, toward larger phi)."""
         return replace(self, node=self.node + angle)
 
-    def about(self, spin: float, time: float, delay: bool) -> "Flock":
-        """The spots about a hole as the light that arrives at a moment finds them."""
+    def traces(self, spin: float, time: float, delay: bool) -> "SpotTraces":
+        """The spots and their streaks about a hole, for light that arrives at a time."""
         speed = _FASTEST / math.sqrt(float(self.radius.min()))
-        count = math.ceil(self.streak * speed / (_TRACE_STEP * self.size)) if self.streak else 1
+        count = math.ceil(self.streak * speed / (_STREAK_STEP * self.size)) if self.streak else 1
         count = min(max(count, 1), _MOST_MOMENTS)
         age = (np.arange(count) + 0.5) / count if self.streak else np.zeros(1)
         share = (1 - age) ** (FADES.index(self.fade) + 1) if self.streak else np.ones(1)
         spot, moment = (part.ravel() for part in np.mgrid[: len(self.radius), :count])
         orbits = self.orbits(spin).part(spot)
         light = self.brightness[spot] * (share / share.sum())[moment]
-        return Flock(self, orbits, (self.temperature[spot], light, time - self.streak * age[moment]), delay)
+        return SpotTraces(self, orbits, (self.temperature[spot], light, time - self.streak * age[moment]), delay)
 
 
 class RayPart(NamedTuple):
-    """Places of n rays: u = 1 / r, m (n, 3) with the turn psi, their rates by Mino time, backward; times (n,)."""
+    """Places of n rays.
+
+    u: (n,) 1 / r.
+    vector: (n, 3) unit vectors m, turned by psi.
+    u_rate: (n,) derivative of u by Mino time, backward.
+    rate: (n, 3) derivative of the unit vector by Mino time, backward.
+    delay: (n,) coordinate time of light relative to the camera's, M, negative.
+    """
 
     u: Array
     vector: Array
     u_rate: Array
     rate: Array
-    late: Array
+    delay: Array
 
 
-class Lit(NamedTuple):
-    """Light that spots add: ray (k,), in parts of a black body's; kelvin; energy, as of `Volume.energy`; cos theta."""
+class SpotLight(NamedTuple):
+    """Light that spots add to rays, one entry for each pair of a ray and a spot.
+
+    ray: (k,) number of the ray.
+    light: (k,) light as a part of a black body's.
+    temperature: (k,) temperature of the spot, kelvin.
+    energy: (k,) energy of the photon, as of `Volume.energy`.
+    cosine: (k,) cos theta of the place.
+    """
 
     ray: Array
     light: Array
@@ -181,43 +201,55 @@ class Lit(NamedTuple):
     cosine: Array
 
 
-class Meeting(NamedTuple):
-    """Rays near spots, as the spots measure.
+class ClosestApproach(NamedTuple):
+    """The closest approach of rays to spots, as the spots measure.
 
-    ahead (n,), how far light is past the place next to the spot; the square (n,) of that least distance; -p.u (n,) of
-    light of unit energy; stretch (n,), length by Mino time.
+    ahead: (n,) length from the closest approach to the place of the light, M.
+    distance_2: (n,) square of the distance at the closest approach, M^2.
+    energy: (n,) -p.u of light of unit energy at infinity.
+    stretch: (n,) length of the ray per Mino time.
     """
 
     ahead: Array
-    apart_2: Array
+    distance_2: Array
     energy: Array
     stretch: Array
 
 
-class Flock:
-    """Spots, with the moments of their traces, as the light that arrives at one moment finds them.
+class SpotTraces:
+    """Spots and their streaks at one time of the camera: each streak is a row of fainter spots at earlier moments.
 
-    spots; orbits, temperature, light, moment (k,): one for each moment of each trace; delay, as for `render`. What a
-    march asks of a volume: rims and a length.
+    For a march they stand in for a volume: they have rims, a length and a brightness.
+
+    Attributes
+    ----------
+    spots : OrbitingSpots
+    orbits : SphericalOrbits
+        Orbits of the k moments of all streaks.
+    temperature, light, moment : (k,) arrays
+        Kelvin, factor of the light, and coordinate time at the camera.
+    delay : bool
+        As for `render`.
     """
 
     brightness = 1.0
 
     def __init__(self, spots: OrbitingSpots, orbits: SphericalOrbits, parts: tuple[Array, Array, Array], delay: bool):
-        """Keep them; places at a time are made when rays need them. parts: temperature, light, moment."""
+        """Parameters: parts, the temperatures, lights and moments."""
         self.spots, self.orbits, self.delay = spots, orbits, delay
         self.temperature, self.light, self.moment = parts
         self.inner, self.outer, self.size = spots.inner, spots.outer, spots.size
         self._trees: dict[int, KDTree] = {}
 
     def length(self, radius: Float[Array, " n"], width: ArrayLike) -> Float[Array, " n"]:
-        """Length (n,) over which a ray bends by a small part of a spot, or of what it is widened to."""
+        """Length (n,) over which a ray bends by a small part of a spot's size, after widening."""
         return _SCALE * np.sqrt(np.maximum(self.size, np.minimum(width, _WIDEST * self.size)) * radius)
 
-    def shine(self, part_at: Callable[[Array, Array], RayPart], h: Array, width: Array) -> Lit:
+    def shine(self, part_at: Callable[[Array, Array], RayPart], h: Array, width: Array) -> SpotLight:
         """Light that spots add to n rays in a step h (n,) of Mino time, backward.
 
-        part_at: places of rays with some numbers at parts, 0 to 1, of the step; width (n,) of a pixel's beam.
+        part_at: places of rays, by their numbers, at parts of the step from 0 to 1.
+        width: (n,) widths of the pixels' beams, M.
         """
         size = np.hypot(self.size, np.minimum(width / math.sqrt(12), _WIDEST * self.size))
         from scipy.special import ndtr
@@ -226,60 +258,70 @@ class Flock:
         speed = np.hypot(middle.u_rate / middle.u, np.linalg.norm(middle.rate, axis=1)) / middle.u
         fastest = _FASTEST / math.sqrt(float(self.orbits.radius.min()))
         drift = fastest * (_BETWEEN / 2 + (h / middle.u**2 if self.delay else 0.0))
-        ray, spot = self._near(middle, _DEVIATIONS * size + speed * h / 2 + drift)
+        ray, spot = self._nearby_pairs(middle, _DEVIATIONS * size + speed * h / 2 + drift)
         part = np.full(len(ray), 0.5)
         for _ in range(2):
-            meeting = self._meeting(part_at(ray, part), spot)
-            part = np.clip(part + meeting.ahead / (meeting.stretch * h[ray]), 0, 1)
-        at = part_at(ray, part)
-        meeting, wide = self._meeting(at, spot), size[ray]
-        length = meeting.stretch * h[ray]
-        within = ndtr((meeting.ahead + length * part) / wide) - ndtr((meeting.ahead - length * (1 - part)) / wide)
-        profile = np.exp(-meeting.apart_2 / wide**2 / 2) * (self.size / wide) ** 2 * within
-        lit = np.flatnonzero(profile > _FAINTEST * (self.size / wide) ** 2)
-        light = profile[lit] * self.light[spot[lit]]
-        return Lit(ray[lit], light, self.temperature[spot[lit]], meeting.energy[lit], at.vector[lit, 2])
+            approach = self._closest_approach(part_at(ray, part), spot)
+            part = np.clip(part + approach.ahead / (approach.stretch * h[ray]), 0, 1)
+        place = part_at(ray, part)
+        approach, wide = self._closest_approach(place, spot), size[ray]
+        length = approach.stretch * h[ray]
+        within = ndtr((approach.ahead + length * part) / wide) - ndtr((approach.ahead - length * (1 - part)) / wide)
+        profile = np.exp(-approach.distance_2 / wide**2 / 2) * (self.size / wide) ** 2 * within
+        bright = np.flatnonzero(profile > _FAINTEST * (self.size / wide) ** 2)
+        light = profile[bright] * self.light[spot[bright]]
+        return SpotLight(
+            ray[bright], light, self.temperature[spot[bright]], approach.energy[bright], place.vector[bright, 2]
+        )
 
-    def _meeting(self, at: RayPart, spot: Int[Array, " pairs"]) -> Meeting:
-        """Rays as the spots near them measure, in an orthonormal frame of the FIDO there, and in their own."""
+    def _closest_approach(self, ray: RayPart, spot: Int[Array, " pairs"]) -> ClosestApproach:
+        """The closest approach of rays to spots, in the orthonormal frame of the FIDO and then in that of the spot."""
         spin, radius = self.orbits.spin, self.orbits.radius[spot]
-        place = self.orbits.part(spot).places(self.moment[spot] + (at.late if self.delay else 0.0))
-        frames = _FidoFrames.at(spin, radius, place.vector)
-        off = frames.lengths(at.vector - place.vector, 1 / at.u - radius)
+        place = self.orbits.part(spot).places(self.moment[spot] + (ray.delay if self.delay else 0.0))
+        frames = _FidoFrames.at_places(spin, radius, place.vector)
+        offset = frames.lengths(ray.vector - place.vector, 1 / ray.u - radius)
         speed = frames.velocity(place.rate)
-        light = frames.momentum(at)
+        light = frames.momentum(ray)
         clock = place.clock * frames.lapse
-        along = (speed * off).sum(axis=0) * clock
+        along = (speed * offset).sum(axis=0) * clock
         energy = clock * (np.linalg.norm(light, axis=0) - (speed * light).sum(axis=0))
-        ahead = (off * light).sum(axis=0) / energy - along
-        apart_2 = np.maximum((off**2).sum(axis=0) + along**2 - ahead**2, 0)
-        sigma = 1 / at.u**2 + (spin * at.vector[:, 2]) ** 2
-        return Meeting(ahead, apart_2, energy, energy * sigma)
+        ahead = (offset * light).sum(axis=0) / energy - along
+        distance_2 = np.maximum((offset**2).sum(axis=0) + along**2 - ahead**2, 0)
+        sigma = 1 / ray.u**2 + (spin * ray.vector[:, 2]) ** 2
+        return ClosestApproach(ahead, distance_2, energy, energy * sigma)
 
-    def _near(self, middle: RayPart, reach: Array) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
-        """Rays and spots that may meet in a step; reach (n,), from the middle of a ray's step."""
+    def _nearby_pairs(self, middle: RayPart, reach: Array) -> tuple[Int[Array, " pairs"], Int[Array, " pairs"]]:
+        """Rays and spots that may come close in a step; reach (n,), from the middle of a ray's step."""
         place = middle.vector / middle.u[:, None]
-        window = np.floor(middle.late / _BETWEEN).astype(int) if self.delay else np.zeros(len(reach), int)
+        window = np.floor(middle.delay / _BETWEEN).astype(int) if self.delay else np.zeros(len(reach), int)
         rays, spots = [np.zeros(0, int)], [np.zeros(0, int)]
         for number in np.unique(window):
-            here = np.flatnonzero(window == number)
-            near = self._tree(int(number)).query_ball_point(place[here], reach[here], return_sorted=False)
-            rays.append(np.repeat(here, [len(some) for some in near]))
+            in_window = np.flatnonzero(window == number)
+            near = self._tree(int(number)).query_ball_point(place[in_window], reach[in_window], return_sorted=False)
+            rays.append(np.repeat(in_window, [len(some) for some in near]))
             spots += [np.asarray(some, int) for some in near if some]
         return np.concatenate(rays), np.concatenate(spots)
 
     def _tree(self, number: int) -> "KDTree":
-        """The spots in space in the middle of a window of time."""
+        """The search tree of the spots in the middle of a window of time."""
         if number not in self._trees:
             from scipy.spatial import KDTree
 
-            late = (number + 0.5) * _BETWEEN if self.delay else 0.0
-            self._trees[number] = KDTree(self.orbits.places(self.moment + late).vector * self.orbits.radius[:, None])
+            delay = (number + 0.5) * _BETWEEN if self.delay else 0.0
+            self._trees[number] = KDTree(self.orbits.places(self.moment + delay).vector * self.orbits.radius[:, None])
         return self._trees[number]
 
 
 class _FidoFrames(NamedTuple):
-    """Frames of FIDOs at n places: directions (n, 3) of theta and phi, lengths of units there, sin theta, lapse..."""
+    """Orthonormal frames of FIDOs at n places.
+
+    south, east: (n, 3) unit vectors along theta and phi.
+    scales: (3, n) lengths of a unit of the radius, and of the unit vector along theta and along phi.
+    sine: (n,) sin theta.
+    sigma: (n,) Sigma of the metric.
+    lapse: (n,) lapse.
+    shift: (n,) angular velocity of the FIDO.
+    """
 
     south: Array
     east: Array
@@ -290,7 +332,7 @@ class _FidoFrames(NamedTuple):
     shift: Array
 
     @classmethod
-    def at(cls, spin: float, r: Array, vector: Float[Array, "n 3"]) -> "_FidoFrames":
+    def at_places(cls, spin: float, r: Array, vector: Float[Array, "n 3"]) -> "_FidoFrames":
         """Frames of FIDOs at radii and unit vectors."""
         x, y, z = vector.T
         sine = np.maximum(np.hypot(x, y), 1e-300)
@@ -301,16 +343,16 @@ class _FidoFrames(NamedTuple):
         scales = np.sqrt(np.stack([sigma / delta, sigma, big / sigma]))
         return cls(south, east, scales, sine, sigma, np.sqrt(sigma * delta / big), 2 * spin * r / big)
 
-    def lengths(self, off: Float[Array, "n 3"], outward: Float[Array, " n"]) -> Float[Array, "3 n"]:
-        """A displacement of the unit vector and of the radius."""
-        return self.scales * np.stack([outward, (off * self.south).sum(axis=1), (off * self.east).sum(axis=1)])
+    def lengths(self, offset: Float[Array, "n 3"], outward: Float[Array, " n"]) -> Float[Array, "3 n"]:
+        """The displacement (3, n), M, for changes of the unit vector and of the radius."""
+        return self.scales * np.stack([outward, (offset * self.south).sum(axis=1), (offset * self.east).sum(axis=1)])
 
     def velocity(self, rate: Float[Array, "n 3"]) -> Float[Array, "3 n"]:
-        """The velocity of what moves at a constant radius; rate: of its unit vector."""
+        """The velocity of a body at constant radius; rate: derivative of its unit vector by coordinate time."""
         return self.lengths(rate - (self.shift * self.sine)[:, None] * self.east, np.zeros_like(self.sine)) / self.lapse
 
-    def momentum(self, at: RayPart) -> Float[Array, "3 n"]:
-        """The momentum of light of unit energy at infinity, which comes along a ray."""
-        south, east = -(at.rate * self.south).sum(axis=1), -(at.rate * self.east).sum(axis=1)
-        outward = at.u_rate / at.u**2 * self.scales[0] ** 2 / self.sigma
+    def momentum(self, ray: RayPart) -> Float[Array, "3 n"]:
+        """The momentum of light of unit energy at infinity that arrives along a ray."""
+        south, east = -(ray.rate * self.south).sum(axis=1), -(ray.rate * self.east).sum(axis=1)
+        outward = ray.u_rate / ray.u**2 * self.scales[0] ** 2 / self.sigma
         return np.stack([outward, south, east]) / self.scales

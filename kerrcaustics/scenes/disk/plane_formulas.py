@@ -14,7 +14,7 @@ from kerrcaustics.scenes.map_formulas import POWERS, patch, polynomial
 
 # Numbers of a cell in its table: x, y, its cover, coefficients (12, 2) of its patch, and (4, 5) of the extra values.
 _CELL = 3 + 24 + 20
-# Derivatives over the radius are taken over this part of it, both ways.
+# Step of central differences over the radius, as a part of the radius.
 _STEP = 1e-4
 
 
@@ -35,23 +35,23 @@ class Rims(NamedTuple):
 
 
 class Matter(NamedTuple):
-    """How matter of a disk moves."""
+    """Motion of the matter of a disk."""
 
     spin: Any
     """Of the hole."""
     sense: Any
-    """1, -1, or 0 at rest."""
+    """1 for prograde, -1 for retrograde motion, 0 at rest."""
     fall: Fall
-    """From where it falls; from the radius 0 if it does not."""
+    """The orbit from which it falls; with the radius 0 if it does not fall."""
 
 
 class Clock(NamedTuple):
-    """When light comes, and from what."""
+    """Times of the light, and of the pattern that emits it."""
 
     time: Any
-    """The camera's."""
+    """Coordinate time of the camera, M."""
     delay: Any
-    """1 if light takes its time, else 0."""
+    """1 if the travel time of light counts, else 0."""
     circles: Any
     """1 if the pattern circles with the disk, else 0."""
 
@@ -60,9 +60,9 @@ class SeenPart(NamedTuple):
     """A part of a pixel."""
 
     number: Any
-    """In parts row by row of pixels row by row."""
+    """Number of the part: parts row by row, in pixels row by row."""
     cell: Any
-    """The number of the cell that it sees."""
+    """Number of the cell that it sees."""
 
 
 def disk_cell(x: Any, y: Any, size: Any, cover: Any, data: Any, extra: Any) -> Any:
@@ -71,7 +71,7 @@ def disk_cell(x: Any, y: Any, size: Any, cover: Any, data: Any, extra: Any) -> A
     Parameters: those of `DiskCells`, lengths in pixels; data (24,) and extra (20,) row by row.
     """
     scale = [size ** -(i + j) for i, j in POWERS]
-    terms = [term * one for term, one in zip(polynomial(jnp.stack(data).reshape(12, 2)), scale, strict=True)]
+    terms = [term * factor for term, factor in zip(polynomial(jnp.stack(data).reshape(12, 2)), scale, strict=True)]
     first, right, down, both = jnp.stack(extra).reshape(4, 5)
     means = [first, (right - first) / size, (down - first) / size, (both - down - right + first) / size**2]
     return jnp.concatenate([jnp.stack([x, y, cover]), *terms, *means])
@@ -80,13 +80,13 @@ def disk_cell(x: Any, y: Any, size: Any, cover: Any, data: Any, extra: Any) -> A
 def disk_sample(
     rims: Rims, matter: Matter, clock: Clock, grid: PartGrid, cells: Any, part: SeenPart
 ) -> tuple[Any, ...]:
-    """What a part of a pixel sees of a disk, at its middle.
+    """The sample of a disk in the middle of a part of a pixel.
 
     Returns
     -------
-    cover : the part of it between the rims
-    radius, azimuth, across, matrix (2, 2), redshift, time : as of `DiskSamples`; on a rim, of what lies within
-    cosine : of the angle between the light and the axis, as matter measures it
+    cover : fraction of the part of the pixel between the rims
+    radius, azimuth, across, matrix (2, 2), redshift, time : as of `DiskSamples`, with the radius cut to the rims
+    cosine : cosine of the angle between the light and the axis, as the matter measures it
     photon (4,) : b and q; the ratio for a source at rest at infinity; 1 where it moves outward, else 0
     """
     row, (x, y), side = table_row(cells, part.cell), _middle(grid, part.number), 1 / grid.count
@@ -95,16 +95,16 @@ def disk_sample(
     along_x, along_y = (slope * side for slope in slopes)
     terms = row[27:].reshape(4, 5)
     at_infinity, b, q, outward, travel = terms[0] + x * terms[1] + y * (terms[2] + x * terms[3])
-    late = jnp.stack([terms[1, 4] + y * terms[3, 4], terms[2, 4] + x * terms[3, 4]]) * side
+    later = jnp.stack([terms[1, 4] + y * terms[3, 4], terms[2, 4] + x * terms[3, 4]]) * side
     within = [covered_part(place - 1 / rim, along_x[0], along_y[0]) for rim in (rims.outer, rims.inner)]
-    # Parts on a rim are lit by what lies within.
+    # Parts on a rim have the light of the disk at the rim.
     radius = jnp.minimum(jnp.maximum(1 / place, rims.inner), rims.outer)
     motion = _motion(matter, radius)
     along_radius = -(radius * radius) * jnp.stack([along_x[0], along_y[0]])
     rate, shear = _orbital(motion), _shear(matter, radius)
     emitted = clock.time - clock.delay * travel
     turned = jnp.where(clock.circles > 0.5, emitted, 0.0)
-    along_azimuth = jnp.stack([along_x[1], along_y[1]]) + clock.delay * rate * late - shear * turned * along_radius
+    along_azimuth = jnp.stack([along_x[1], along_y[1]]) + clock.delay * rate * later - shear * turned * along_radius
     ratio = _ratio(matter, motion, (b, q), radius, at_infinity, outward)
     cosine = jnp.sqrt(jnp.maximum(q, 0.0)) / radius * ratio / at_infinity
     return (
@@ -138,7 +138,7 @@ def _motion(matter: Matter, radius: Any) -> Motion:
 
 
 def _orbital(motion: Motion) -> Any:
-    """The rate dphi / dt of matter; 0 where it cannot move so."""
+    """The rate dphi / dt of matter; 0 where the motion is impossible."""
     return jnp.where(jnp.isnan(motion.orbital), 0.0, motion.orbital)
 
 
@@ -150,16 +150,16 @@ def _shear(matter: Matter, radius: Any) -> Any:
 
 
 def _ratio(matter: Matter, motion: Motion, light: Any, radius: Any, at_infinity: Any, outward: Any) -> Any:
-    """As `redshift` in emitters.py."""
+    """The ratio nu_camera / nu_emitter, as by `redshift` in emitters.py."""
     momentum = jnp.where(outward > 0.5, -1.0, 1.0) * radial_momentum(matter.spin, light, radius, jnp)
     measured = 1 - motion.orbital * light[0] - motion.radial * momentum
     return at_infinity * jnp.sqrt(jnp.where(motion.slowness > 0, motion.slowness, jnp.nan)) / measured
 
 
 def covered_part(over: Any, x: Any, y: Any) -> Any:
-    """The part of a square in which a linear function is positive: its value in the middle, its changes along sides.
+    """The part of a square in which a linear function is positive, an integral over a trapezoid.
 
-    A square's shadow along the gradient is a trapezoid; this is its integral.
+    over: value of the function in the middle; x, y: its changes along the sides.
     """
     x, y = jnp.abs(x), jnp.abs(y)
     large, small = jnp.maximum(jnp.maximum(x, y), 1e-300), jnp.minimum(x, y)
@@ -174,7 +174,7 @@ def covered_part(over: Any, x: Any, y: Any) -> Any:
     return jnp.where(over >= outer, 1.0, jnp.where(over <= -outer, 0.0, part))
 
 
-# They stand where functions have numbers.
+# Kinds of numbers in the signatures of kernels.
 _ONE: Any = Number.OF_CALL
 _EACH: Any = Number.OF_RAY
 

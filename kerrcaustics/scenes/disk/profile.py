@@ -1,4 +1,4 @@
-"""Line profiles: the light of a disk by its frequency, which every part of the disk emits as one and the same line."""
+"""Line profiles: the light of a disk by frequency if every part of the disk emits the same line."""
 
 import math
 from collections.abc import Callable
@@ -58,7 +58,7 @@ def line_profile(
     radii: int = 16,
     turns: int = 128,
 ) -> LineProfile:
-    """The profile of a line that a disk emits, as one crossing of its plane shows it.
+    """The profile of a line that a disk emits, in the image of one crossing of its plane.
 
     Parameters
     ----------
@@ -71,14 +71,14 @@ def line_profile(
         The light that the disk emits per area dr r dphi, at all frequencies: radius ** -emissivity, or the function's
         values.
     crossing : int
-        Number of the crossing of the plane that counts, as if no other part of the disk were in the way.
+        Number of the crossing of the plane; no other part of the disk hides it.
     motion : str
         As for `Disk`.
     bins : int or (n + 1,) array
         Number of bins from the least to the largest frequency, or their edges.
     radii, turns : int
         Even numbers of intervals from rim to rim (Chebyshev nodes in ln r) and round the middle. Beams are traced at
-        their corners alone; what lies between is interpolated with all of them.
+        their corners alone; values in between are interpolated from all of them.
 
     Returns
     -------
@@ -92,7 +92,7 @@ def line_profile(
     Errors
     ------
     `LineProfile.error`: the largest change in the bin and its neighbours when every second node is left out, and, where
-    nodes are so few that this says little, the square of the largest change divided by the highest bin.
+    nodes are few, the square of the largest change divided by the highest bin.
 
     References
     ----------
@@ -126,7 +126,7 @@ def line_profile(
 
 
 def check_request(camera: Viewer, inner: float, outer: float, motion: str) -> None:
-    """Raise ValueError for a viewer that sees no ring, and unless the ring is valid."""
+    """Raise ValueError unless the ring is valid, and the viewer is off the plane."""
     check_viewer(camera)
     Ring(camera, EquatorialPlane(1)).check()
     one_of("motion", motion, MOTIONS)
@@ -139,7 +139,7 @@ def check_request(camera: Viewer, inner: float, outer: float, motion: str) -> No
 
 
 def _error(fine: Array, coarse: Array) -> Float[Array, " bins"]:
-    """The error of the light in bins, from what it was with half as many nodes in either direction."""
+    """The error of the light in bins, from the light with half as many nodes in either direction."""
     change = np.pad(np.abs(fine - coarse), 1)
     near = np.maximum(np.maximum(change[:-2], change[2:]), change[1:-1])
     return near + change.max() ** 2 / max(fine.max(), np.finfo(float).tiny)
@@ -162,7 +162,7 @@ def _bins(bins: Any) -> int | Array:
 
 
 def _edges(bins: int | Array, redshift: Array) -> Float[Array, " edges"]:
-    """The edges of the bins, a little beyond the extremes at the nodes: from 0 on, as frequencies are."""
+    """The edges of the bins, slightly beyond the extremes at the nodes, and not negative."""
     if not isinstance(bins, int):
         return bins
     finite = redshift[np.isfinite(redshift)]
@@ -187,7 +187,11 @@ def _law(emissivity: Any) -> Callable[[Array], Array]:
 
 
 class _Sampled(NamedTuple):
-    """Frequency, and the logarithm of g^4 and the solid angle, (2, radii, turns), at nodes of ln r."""
+    """Samples of a disk at nodes.
+
+    node: (radii,) ln r of the nodes.
+    fields: (2, radii, turns) frequency ratio g, and the logarithm of g^4 times the solid angle.
+    """
 
     node: Array
     fields: Array
@@ -209,7 +213,7 @@ def binned(shift: Array, start: Array, stop: Array, light: Array, edges: Array) 
     """The light of cells between edges: `shift` (n,) in their middles, its changes (n,) along two sides, the light."""
     reach = (np.abs(start) + np.abs(stop)) / 2
     first, last = np.searchsorted(edges, shift - reach), np.searchsorted(edges, shift + reach)
-    # Below each edge: all of the cells that end there, and part of those that it cuts.
+    # Light below each edge: of the cells that end below it, and of parts of the cells that it cuts.
     below = np.cumsum(np.bincount(last, light, len(edges) + 1))[: len(edges)]
     cut = np.flatnonzero(first < last)
     for k in range(int(np.max(last - first, initial=0))):
@@ -221,11 +225,11 @@ def binned(shift: Array, start: Array, stop: Array, light: Array, edges: Array) 
 
 
 def round_about(values: Float[Array, "*batch turns"], parts: int) -> Float[Array, "*batch _more"]:
-    """Values of a periodic function in the middles of so many parts of each interval, exact for its Fourier series."""
+    """Values of a periodic function in the middles of equal parts of each interval, by its Fourier series."""
     count = values.shape[-1]
     waves = np.fft.rfft(values, axis=-1)
     order = np.arange(waves.shape[-1])
-    # The last wave is known at the nodes alone, half of it for either sense.
+    # The wave of the highest order belongs to both senses, half to each.
     waves = waves * np.where(order == count / 2, 0.5, 1.0) * np.exp(1j * math.pi * order / (count * parts))
     return np.fft.irfft(waves, count * parts, axis=-1) * parts
 

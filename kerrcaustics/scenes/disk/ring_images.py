@@ -1,8 +1,7 @@
 """Images of the rings of a disk on a viewer's sky, one place for each ring and turn.
 
-For sums over a disk: few beams lead to each place, and give the solid angle about it, but the viewer must lie off the
-plane, and the radius must grow outward from the middle. Whole curves of one ring, wherever the viewer is and however
-often a line meets them, come from tracks/isoradials.py, which looks along every line first.
+For sums over a disk: few beams give each place and its solid angle, but the viewer must be off the plane, and the
+radius must grow outward from the middle. tracks/isoradials.py computes whole curves of a ring for any viewer.
 """
 
 import math
@@ -22,16 +21,19 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
-# The innermost place, in M from the middle as on a plane at the hole; of places that are further off in ln r there is
-# no image.
-_INNERMOST, _TAKEN = 1e-6, 1e-6
+# Smallest distance from the middle, M, as on a plane at the hole.
+_INNERMOST = 1e-6
+# Difference in ln r above which there is no image.
+_TAKEN = 1e-6
 
 
 class RingImages(NamedTuple):
-    """Places of n rings on the viewer's sky, each at one turn about the middle of the horizon's image.
+    """Places of n rings on the viewer's sky, each at one turn about the middle of the horizon; NaN for no image.
 
-    sky (n, axes); solid_angle (n,), for a unit of ln r and a radian of turn, in sr, or M^2 for an observer; redshift
-    (n,), nu_camera / nu_emitter; NaN for no image. rays, the number traced in all.
+    sky: (n, axes) places.
+    solid_angle: (n,) solid angles per unit of ln r and radian of turn: sr, or M^2 for an observer.
+    redshift: (n,) ratios nu_camera / nu_emitter.
+    rays: number of rays traced in all.
     """
 
     sky: Array
@@ -41,7 +43,7 @@ class RingImages(NamedTuple):
 
 
 def middle(camera: Viewer) -> Float[Array, "3"]:
-    """Direction N (3,) of the principal null ray, which falls in at the camera's own inclination: it meets no plane.
+    """Direction N (3,) of the principal null ray, which falls in at constant inclination.
 
     For an observer, on the engines' sphere.
     """
@@ -57,7 +59,7 @@ def ring_images(
 ) -> RingImages:
     """Images of the crossing of the plane with this number at radii (n,), at turns (n,) about the middle.
 
-    The radius is taken to grow with the angle from the middle.
+    The radius is assumed to grow with the angle from the middle.
     """
     lens_map = LensMap(viewer, EquatorialPlane(crossing, motion))
     sky, camera = lens_map.sky, lens_map.sky.search_camera

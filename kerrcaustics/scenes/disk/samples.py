@@ -17,15 +17,15 @@ class DiskSamples(NamedTuple):
     """Samples of a disk in n parts of pixels, as the method `light` of an emission gets them.
 
     radius: (n,) radii.
-    azimuth: (n,) azimuths in the pattern, which circles with the disk; where the light leaves, for `keeps_shape`.
+    azimuth: (n,) azimuths in the pattern, which circles with the disk; those at which light leaves, for `keeps_shape`.
     across: (n,) places between the rims: 0 at the inner one, 1 at the outer one.
     matrix: (n, 2, 2) changes dr and r dphi (rows) along the two sides of the part (columns).
-    redshift: (n,) ratios nu_camera / nu_emitter, NaN where nothing can circle.
+    redshift: (n,) ratios nu_camera / nu_emitter, NaN if the motion is impossible.
     width: distance from rim to rim.
     spin: spin of the hole, negative where the disk is retrograde.
     time: (n,) coordinate times at which the light left.
     orbital: function of radii, dphi / dt of the disk's matter there.
-    opposite: function of samples, those of matter that circles the other way.
+    opposite: function of samples that returns those for the opposite motion.
     """
 
     radius: Array
@@ -48,15 +48,15 @@ class DiskSamples(NamedTuple):
 class Emission(ABC):
     """The emission of a disk: the base class of everything that makes a disk shine.
 
-    A subclass has a method `light`, and those of the other members that it needs.
+    A subclass has a method `light`; the other members are optional.
 
     Attributes
     ----------
     keeps_shape : bool
-        True for a pattern that moves by itself: `samples.azimuth` is then the azimuth where the light leaves the disk.
-        False for one that circles with the disk's matter: the azimuth is that of the matter at time 0.
+        True for a pattern with a motion of its own: `samples.azimuth` is the azimuth at which light leaves the disk.
+        False for a pattern that circles with the matter: the azimuth is that of the matter at time 0.
     symmetric : bool
-        True if the light is the same at all azimuths: then nothing on the disk moves while a picture is exposed.
+        True if the light is the same at all azimuths: nothing on the disk then moves during an exposure.
 
     Raises
     ------
@@ -85,7 +85,7 @@ class Emission(ABC):
         Parameters
         ----------
         samples : DiskSamples
-            What the parts see of the disk.
+            Samples of the disk in the parts.
         beaming : bool
             Multiply the intensity by the fourth power of `samples.redshift`.
         colour_shift : bool
@@ -94,8 +94,8 @@ class Emission(ABC):
         Returns
         -------
         (n, 3) array
-            Intensity in any unit, finite and not negative. Where the redshift is NaN and a shift is asked for, any
-            number will do: the disk is dark there.
+            Intensity in any unit, finite and not negative. If the redshift is NaN, a shifted intensity is ignored: the
+            disk is dark there.
         """
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
@@ -116,14 +116,14 @@ class Emission(ABC):
         return np.full(len(low), 2)
 
     def own_opacity(self, inner: Any, outer: float) -> Any:
-        """The opacity of a disk with these rims that is given no other; None for an opaque disk."""
+        """The default opacity of a disk with these rims; None for an opaque disk."""
         return None
 
 
 def emitted_light(emission: Emission, samples: DiskSamples, shifts: Shifts) -> Float[Array, "n 3"]:
     """The light (n, 3) of an emission; ValueError if its method `light` returns no light.
 
-    Where no matter can move as the disk does, light that is shifted is 0.
+    Shifted light is 0 where the motion of the disk is impossible.
     """
     light = emission.light(samples, *shifts)
     if any(shifts) and np.shape(light) == (len(samples.radius), 3):

@@ -1,4 +1,4 @@
-"""Hot spots that circle the hole, each with its streak: light of the few that are near a place."""
+"""Hot spots that circle the hole, each with a streak."""
 
 import math
 from collections.abc import Iterator
@@ -17,20 +17,28 @@ Array = np.ndarray
 
 FADES = ("linear", "quadratic")
 
-# Spots are heeded within so many deviations.
+# Radius of a spot, standard deviations, beyond which its light is left out.
 _DEVIATIONS = 3.5
-# Parts of pixels that see much of the disk see some spots for all: a spot is widened so many times, at most.
+# Largest factor by which a spot is widened: coarser parts of pixels sample the spots.
 _WIDEST = 6.0
-# Pairs of a place and a spot that are looked at together.
+# Pairs of a place and a spot that are evaluated together.
 _PAIRS = 1 << 18
-# Of a spot's peak: fainter parts are not lit.
+# Part of a spot's peak below which its light is left out.
 _FAINTEST = 1e-3
-# Parts of pixels are no larger than this part of a spot's deviation, to a limit.
-_FINE, _MOST_PARTS = 1.0, 4
+# Largest size of the parts of pixels, standard deviations of a spot.
+_FINE = 1.0
+# Largest number of parts of a pixel each way.
+_MOST_PARTS = 4
 
 
 class _Band(NamedTuple):
-    """Spots whose radii are close to each other, in order of their phases at one moment; phase (k,), number (k,)."""
+    """Spots of similar radii, in order of their phases at one moment.
+
+    orbital: mean angular velocity dphi / dt.
+    drift: largest deviation from it.
+    phase: (k,) azimuths at that moment, radians, ascending.
+    number: (k,) numbers of the spots.
+    """
 
     orbital: float
     drift: float
@@ -129,7 +137,7 @@ class Spots(Emission):
             return light
         if self.retrograde.any():
             return self._both_senses(samples, beaming, colour_shift)
-        # Deviations with those of the parts, whose sides are boxes.
+        # Standard deviations of the spots convolved with the parts, which are boxes.
         boxes = np.sqrt((np.moveaxis(samples.matrix, 1, 0) ** 2).sum(axis=-1) / 12)
         sizes = [np.minimum(np.hypot(self.size, box), _WIDEST * self.size) for box in boxes]
         reaches = [_DEVIATIONS * size for size in sizes]
@@ -148,7 +156,7 @@ class Spots(Emission):
         return light
 
     def _both_senses(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
-        """Linear sRGB light (n, 3) of spots some of which circle the other way; none of what can move in neither."""
+        """Linear sRGB light (n, 3) of spots of both senses; 0 where both motions are impossible."""
         counter_rotating = samples.opposite(samples)
         light = np.zeros((len(samples.radius), 3))
         for against, moving in ((False, samples), (True, counter_rotating)):
@@ -188,39 +196,39 @@ class Spots(Emission):
         fall = np.exp(-(((radius - self.radius[spot]) / across) ** 2) / 2) * self.size**2 / (across * along)
         if self.streak == 0:
             return fall * np.exp(-((length / along) ** 2) / 2)
-        way, behind = radius * orbital * self.streak / along, length / along
+        trail, behind = radius * orbital * self.streak / along, length / along
         if self.fade == "quadratic":
-            return fall * quadratic_streak(behind, way)
-        # The mean over the streak, behind the spot: of a Gaussian times 2 (1 - s) for s in 0 to 1.
-        way = np.where(np.abs(way) < 1e-6, 1e-6, way)
-        whole = ndtr(behind + way) - ndtr(behind)
-        edges = np.exp(-(behind**2) / 2) - np.exp(-((behind + way) ** 2) / 2)
+            return fall * quadratic_streak(behind, trail)
+        # The mean over the streak of a Gaussian times 2 (1 - s) for s in 0 to 1.
+        trail = np.where(np.abs(trail) < 1e-6, 1e-6, trail)
+        whole = ndtr(behind + trail) - ndtr(behind)
+        edges = np.exp(-(behind**2) / 2) - np.exp(-((behind + trail) ** 2) / 2)
         moment = edges / math.sqrt(2 * math.pi) - behind * whole
-        return fall * math.sqrt(2 * math.pi) * 2 * (whole / way - moment / way**2)
+        return fall * math.sqrt(2 * math.pi) * 2 * (whole / trail - moment / trail**2)
 
 
-def quadratic_streak(behind: Float[Array, " pairs"], way: Float[Array, " pairs"]) -> Float[Array, " pairs"]:
-    """The mean of exp(-(behind + way s)^2 / 2) times 3 (1 - s)^2 over s in 0 to 1.
+def quadratic_streak(behind: Float[Array, " pairs"], length: Float[Array, " pairs"]) -> Float[Array, " pairs"]:
+    """The mean of exp(-(behind + length s)^2 / 2) times 3 (1 - s)^2 over s in 0 to 1.
 
-    With y = behind + way s it is an integral of a square times a Gaussian; where the way is short, it is taken at
-    Gauss's places, as its closed form is a difference of large numbers there.
+    With y = behind + length s it is an integral of a square times a Gaussian. For short streaks Gauss's quadrature
+    replaces the closed form, which is a difference of large numbers.
     """
     from scipy.special import ndtr
 
     places, weights = np.polynomial.legendre.leggauss(8)
     s, weights = (1 + places) / 2, weights / 2
-    near = np.exp(-((behind[:, None] + way[:, None] * s) ** 2) / 2) @ (3 * (1 - s) ** 2 * weights)
-    far = np.where(np.abs(way) < 1, 1.0, way)
-    end = behind + far
+    short = np.exp(-((behind[:, None] + length[:, None] * s) ** 2) / 2) @ (3 * (1 - s) ** 2 * weights)
+    long = np.where(np.abs(length) < 1, 1.0, length)
+    end = behind + long
     whole = math.sqrt(2 * math.pi) * (ndtr(end) - ndtr(behind))
     # Integrals of (end - y)^2 exp(-y^2 / 2), by parts.
     first, last = np.exp(-(behind**2) / 2), np.exp(-(end**2) / 2)
     square = (end**2 + 1) * whole + (behind - 2 * end) * first + end * last
-    return np.where(np.abs(way) < 1, near, 3 * square / far**3)
+    return np.where(np.abs(length) < 1, short, 3 * square / long**3)
 
 
 def _each(name: str, values: Any, count: int) -> Float[Array, " spots"]:
-    """A number for each spot, of one for all or of an array."""
+    """A number for each spot, from one number or an array."""
     array = numbers(name, values).ravel()
     if len(array) not in (1, count):
         raise ValueError(f"Argument `{name}` must hold one number, or {count}, one for each spot.")
@@ -230,13 +238,13 @@ def _each(name: str, values: Any, count: int) -> Float[Array, " spots"]:
 def _pairs(
     spots: Spots, ring: _Band, samples: DiskSamples, time: float, reaches: list[Array]
 ) -> Iterator[tuple[Int[Array, " pairs"], Int[Array, " pairs"]]]:
-    """Places and spots of a ring that may be near each other; reaches: across and along, of the spots at each place."""
+    """Places and spots of a ring that may be close; reaches: radii of the spots at each place, across and along."""
     first, last = spots.radius[ring.number.min()], spots.radius[ring.number.max()]
     across, along = reaches
     near = np.flatnonzero((samples.radius > first - across) & (samples.radius < last + across))
-    late = samples.time[near] - time
-    phase = np.mod(samples.azimuth[near] - ring.orbital * late, 2 * math.pi)
-    half = along[near] / samples.radius[near] + ring.drift * np.abs(late)
+    later = samples.time[near] - time
+    phase = np.mod(samples.azimuth[near] - ring.orbital * later, 2 * math.pi)
+    half = along[near] / samples.radius[near] + ring.drift * np.abs(later)
     streak = abs(ring.orbital) * spots.streak
     behind, ahead = (half, half + streak) if ring.orbital > 0 else (half + streak, half)
     around = np.concatenate([ring.phase - 2 * math.pi, ring.phase, ring.phase + 2 * math.pi])
@@ -244,6 +252,6 @@ def _pairs(
     start, stop = np.searchsorted(around, phase - behind), np.searchsorted(around, phase + ahead)
     count = np.minimum(stop - start, len(ring.number))
     for part in np.array_split(np.arange(len(near)), count.sum() // _PAIRS + 1):
-        each = count[part]
-        within = np.arange(each.sum()) - np.repeat(np.cumsum(each) - each, each)
-        yield np.repeat(near[part], each), number[np.repeat(start[part], each) + within]
+        counts = count[part]
+        within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+        yield np.repeat(near[part], counts), number[np.repeat(start[part], counts) + within]

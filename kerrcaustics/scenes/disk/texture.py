@@ -19,23 +19,23 @@ from kerrcaustics.spacetime.checks import flags, real_array
 Array = np.ndarray
 
 _LARGEST_PICTURE = 8192
-# Pixels with much of a picture in them are divided at most so finely in each direction.
+# Largest number of parts each way of pixels that contain many pixels of the texture.
 _MOST_PARTS = 16
 
 
-class Pyramid(NamedTuple):
-    """A picture and coarser ones, each half as fine.
+class TexturePyramid(NamedTuple):
+    """A picture and coarser levels of it, each half as fine.
 
-    pixels (m, channels), of one level behind the other, by rows; levels (k, 3): the first pixel, the rows and the
-    columns of each.
+    pixels: (m, channels) values of all levels, one after the other, by rows.
+    levels: (k, 3) number of the first pixel, rows and columns of each level.
     """
 
     pixels: Array
     levels: Array
 
     @classmethod
-    def of(cls, picture: Float[Array, "h w channels"]) -> "Pyramid":
-        """That of a picture."""
+    def from_picture(cls, picture: Float[Array, "h w channels"]) -> "TexturePyramid":
+        """The pyramid of a picture."""
         levels = [picture]
         while min(levels[-1].shape[:2]) >= 2:
             levels.append(_halved(levels[-1]))
@@ -45,13 +45,13 @@ class Pyramid(NamedTuple):
         return cls(pixels, np.column_stack([first, shapes]).astype(float))
 
     def values(self, width: float, columns: tuple[Array, ...]) -> Float[Array, "n channels"]:
-        """Values (n, channels) in parts of pixels, by a disk's width, and what kernels take of them."""
+        """Values (n, channels) in parts of pixels; width: of the disk; columns: those of the parts for kernels."""
         _, rows, turn = self.levels[0]
         channels, numbers = self.pixels.shape[1], (rows, turn, len(self.levels), width)
         values = kernel(f"texture_{channels}").on_rays(numbers, columns, tables=self)
         return np.asarray(values).reshape(-1, channels)
 
-    def at(self, across: Float[Array, " n"], azimuth: Float[Array, " n"]) -> Float[Array, "n channels"]:
+    def finest_values(self, across: Float[Array, " n"], azimuth: Float[Array, " n"]) -> Float[Array, "n channels"]:
         """Values (n, channels) of the finest level at places."""
         return self.values(1.0, (across, azimuth, np.ones(len(across)), np.zeros((len(across), 4))))
 
@@ -65,7 +65,7 @@ class Texture(Emission):
         Linear sRGB, any unit.
     alpha : (h, w) array, optional
         The part of the light behind that each pixel blocks, 0 to 1, and the part of its own light that it emits. A
-        `Disk` without an opacity of its own has this one. If omitted, the picture says nothing about what is behind.
+        `Disk` without an opacity of its own has this one. If omitted, the picture has no opacity.
 
     Raises
     ------
@@ -74,8 +74,8 @@ class Texture(Emission):
 
     Notes
     -----
-    Between the middles of its pixels the picture is linear; round the disk it goes on from edge to edge. Averages are
-    taken in a pyramid of pictures, each half as fine as the one before.
+    The picture is linear between the middles of its pixels, and periodic round the disk. Averages come from a pyramid
+    of pictures, each half as fine as the one before.
 
     Examples
     --------
@@ -95,8 +95,8 @@ class Texture(Emission):
         check_light("light", picture)
         self.shape = picture.shape[:2]
         cover = None if alpha is None else _checked_alpha(alpha, self.shape)
-        self._pyramid = Pyramid.of(picture if cover is None else picture * cover)
-        self.cover = None if cover is None or cover.min() == 1 else Pyramid.of(cover)
+        self._pyramid = TexturePyramid.from_picture(picture if cover is None else picture * cover)
+        self.cover = None if cover is None or cover.min() == 1 else TexturePyramid.from_picture(cover)
 
     def __repr__(self) -> str:
         """Return a line with its size."""
@@ -123,7 +123,7 @@ class Texture(Emission):
         """Linear sRGB light (n, 3); for a shift of colours the picture counts as lit by daylight."""
         return self.mean(self._pyramid, samples) * shifted_light(samples.redshift, beaming, colour_shift)
 
-    def mean(self, pyramid: Pyramid, samples: DiskSamples) -> Float[Array, "n channels"]:
+    def mean(self, pyramid: TexturePyramid, samples: DiskSamples) -> Float[Array, "n channels"]:
         """Values (n, channels) of a pyramid, averaged over samples."""
         columns = samples.across, samples.azimuth, samples.radius, samples.matrix.reshape(-1, 4)
         return pyramid.values(samples.width, columns)
@@ -134,13 +134,18 @@ class Texture(Emission):
         return np.clip(2 ** np.ceil(np.log2(np.maximum(3 * texels, 1))), 4, _MOST_PARTS).astype(int)
 
     def own_opacity(self, inner: Any, outer: float) -> "AlphaOpacity | None":
-        """The opacity by its alpha; None without one."""
+        """The opacity from its alpha channel; None without one."""
         return None if self.cover is None else AlphaOpacity(self, inner, outer)
 
 
 @dataclass(frozen=True, eq=False)
 class AlphaOpacity:
-    """The alpha of a texture as the opacity of a disk between two radii; angle (radians), by which it is turned."""
+    """The alpha of a texture as the opacity of a disk.
+
+    texture: the texture.
+    inner, outer: radii of the rims, M.
+    angle: angle by which it is turned about the spin axis, radians.
+    """
 
     texture: Texture
     inner: float
@@ -148,10 +153,10 @@ class AlphaOpacity:
     angle: float = 0.0
 
     def __call__(self, radius: Float[Array, " n"], azimuth: Float[Array, " n"]) -> Float[Array, " n"]:
-        """The part (n,) of the light behind that is kept at places."""
+        """The part (n,) of the light behind that places block."""
         assert self.texture.cover is not None
         across = (radius - self.inner) / (self.outer - self.inner)
-        return as_part(self.texture.cover.at(across, azimuth - self.angle))
+        return as_part(self.texture.cover.finest_values(across, azimuth - self.angle))
 
     def mean(self, samples: DiskSamples) -> Float[Array, " n"]:
         """The opacity (n,), averaged over samples."""
@@ -171,7 +176,7 @@ def as_part(values: Float[Array, "n 1"]) -> Float[Array, " n"]:
 def _opaque(
     path: str | os.PathLike[str], light: Float32[Array, "h w 3"], alpha: Float32[Array, "h w"]
 ) -> tuple[Float32[Array, "h w 3"], Float32[Array, "h w"]]:
-    """Light as it would be without its alpha, and the alpha."""
+    """Light divided by the alpha, and the alpha."""
     clear = (alpha == 0)[..., None]
     if (clear & (light > 0)).any():
         raise ValueError(

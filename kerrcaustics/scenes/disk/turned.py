@@ -1,4 +1,4 @@
-"""Patterns of a disk and of a volume turned about the spin axis, as a camera at another azimuth sees them."""
+"""Patterns of a disk and of a volume turned about the spin axis, for a camera at another azimuth."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -26,7 +26,7 @@ class TurnedEmission(Emission):
     symmetric: bool = field(init=False)
 
     def __post_init__(self) -> None:
-        """Take over what the emission says about itself."""
+        """Copy the properties of the emission."""
         object.__setattr__(self, "keeps_shape", self.emission.keeps_shape)
         object.__setattr__(self, "symmetric", self.emission.symmetric)
 
@@ -42,7 +42,7 @@ class TurnedEmission(Emission):
 
 def turned_disk(disk: Disk, angle: float) -> Disk:
     """A disk with its pattern, opacity included, turned by an angle (radians, toward larger phi)."""
-    # Whole turns leave it as it is, and small angles keep their digits.
+    # Whole turns change nothing; small angles keep their digits.
     angle = math.remainder(angle, 2 * math.pi)
     if angle == 0:
         return disk
@@ -55,7 +55,7 @@ def turned_disk(disk: Disk, angle: float) -> Disk:
 
 
 def turned_volume(volume: Any, angle: float) -> Any:
-    """A volume, or spots in its place, turned by an angle (radians, toward larger phi); a symmetric one as it is."""
+    """A volume, or spots in its place, turned by an angle (radians, toward larger phi); symmetric matter unchanged."""
     angle = math.remainder(angle, 2 * math.pi)
     if angle == 0 or volume.symmetric:
         return volume

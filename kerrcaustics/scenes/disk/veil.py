@@ -11,6 +11,7 @@ from kerrcaustics.results.declared import same
 from kerrcaustics.results.progress import report
 from kerrcaustics.results.stages import stage
 from kerrcaustics.scenes.colour import luminance
+from kerrcaustics.scenes.disk.disk import Disk
 from kerrcaustics.scenes.disk.march import Marched, Marching, marched_between
 from kerrcaustics.scenes.disk.orbiting_spots import OrbitingSpots
 from kerrcaustics.scenes.disk.volume import Volume
@@ -23,25 +24,27 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
-# Rays that one core marches at a time: so many fit in its cache.
+# Rays that one core marches at a time: they fit in its cache.
 _TOGETHER = 1 << 12
-# Pixels that differ from a neighbour by more than this part of the brightest, or of the transmission, are divided into
-# so many rays in each direction.
-_ROUGH, _DIVISIONS = 1 / 24, 3
-# Pixels whose rays are marched again in half the steps, for the error.
+# Difference of neighbouring pixels, in parts of the brightest or of the transmission, above which they are divided.
+_ROUGH = 1 / 24
+# Rays each way in such pixels.
+_DIVISIONS = 3
+# Number of pixels whose rays are marched again in half the steps, for the error.
 _SAMPLE = 256
-
-
-# Length of a step, as of `render_volume`, and that in a draft.
+# Length of a step, as of `render_volume`, and its length in a draft.
 _STEP, _DRAFT_STEP = 0.5, 1.5
 
 
 class Veil(NamedTuple):
     """Light and transmission of a volume in n pixels, row by row, divided by the k crossings of a disk.
 
-    light (k + 1, n, 3), of the matter before the first crossing, between it and the second, and so on, as it is seen
-    through the matter in front of it; transmission (k + 1, n), of the matter up to each crossing, and of all;
-    supersampled pixels; rays and steps, of all.
+    light: (k + 1, n, 3) light from before the first crossing, from between it and the second, and so on, dimmed by the
+        matter in front.
+    transmission: (k + 1, n) transmission of the matter up to each crossing, and of all.
+    supersampled: number of supersampled pixels.
+    rays: number of rays marched.
+    steps: number of steps of all rays.
     """
 
     light: Array
@@ -50,20 +53,37 @@ class Veil(NamedTuple):
     rays: int
     steps: int
 
-    def whole(self) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
-        """Light and transmission of all of it."""
+    def total(self) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
+        """Light and transmission of the whole volume."""
         return self.light.sum(axis=0), self.transmission[-1]
 
 
 Glowing = Volume | OrbitingSpots
 """Matter in space, or spots in its place."""
 
-# The last volume, the rest that its picture depends on, and that picture.
+
+class Matter(NamedTuple):
+    """Matter round the hole.
+
+    disk: a disk, or None.
+    volume: matter in space, or spots in its place, or None.
+    """
+
+    disk: Disk | None = None
+    volume: Glowing | None = None
+
+    @property
+    def exists(self) -> bool:
+        """True if there is a disk or a volume."""
+        return self.disk is not None or self.volume is not None
+
+
+# The last volume, everything else on which its picture depends, and that picture.
 _LAST: list[tuple[Glowing, tuple[Any, ...], Veil]] = []
 
 
 def check_volume(volume: Glowing | None, camera: Viewer) -> None:
-    """Raise ValueError unless a volume, or spots in its place, are valid, or left out."""
+    """Raise ValueError unless a volume, or spots in its place, are valid; None is valid."""
     if isinstance(volume, OrbitingSpots):
         volume.check(camera.spin)
         if not isinstance(camera, Camera):
@@ -82,35 +102,36 @@ def veil_over(
     when: tuple[float, bool],
     draft: bool = False,
 ) -> Veil | None:
-    """The veil of a volume over a view; the last one where it is the same, as for a camera on a circular orbit.
+    """The veil of a volume over a view: the last veil if it is the same, as for a camera on a circular orbit.
 
-    when: time and delay, for spots; draft: in long steps, a ray for each pixel.
+    when: time and delay, for spots.
+    draft: True for long steps, and one ray for each pixel.
     """
     if volume is None:
         return None
     check_volume(volume, camera)
     moving = isinstance(volume, OrbitingSpots)
     step = _DRAFT_STEP if draft else _STEP
-    way = Marching(camera, volume.about(camera.spin, *when) if moving else volume, *shifts, step, crossings)
+    marching = Marching(camera, volume.traces(camera.spin, *when) if moving else volume, *shifts, step, crossings)
     key = camera, view, shifts, crossings, when if moving else None, draft
-    # Looked at once: another thread may put its own there.
+    # `_LAST` is read once, as another thread may replace its item.
     last = next(iter(_LAST), None)
     if last is None or last[0] is not volume or not same(last[1], key):
         _LAST.clear()
         with stage("volume"):
-            last = volume, key, veil_of(way, view, refine=not draft)
+            last = volume, key, veil_of(marching, view, refine=not draft)
         _LAST[:] = [last]
     return last[2]
 
 
-def veil_of(way: Marching, view: Raster, refine: bool = True) -> Veil:
-    """The volume as the pixels of a view see it: their middle rays, or where they differ the mean of nine.
+def veil_of(marching: Marching, view: Raster, refine: bool = True) -> Veil:
+    """The veil of a volume: one ray for each pixel, or the mean of nine where neighbouring pixels differ.
 
-    refine: False for the middle rays alone.
+    refine: False for one ray everywhere.
     """
     y, x = (place.ravel() for place in np.mgrid[: view.height, : view.width])
     report("rays marched", 0.0)
-    light, transmission, steps = _all_marched(way, view, x[:, None], y[:, None])
+    light, transmission, steps = _all_marched(marching, view, x[:, None], y[:, None])
     grey = luminance(light.sum(axis=0)).reshape(view.height, -1)
     rough = np.zeros(0, int)
     if refine:
@@ -120,36 +141,36 @@ def veil_of(way: Marching, view: Raster, refine: bool = True) -> Veil:
         down = (np.arange(_DIVISIONS**2) // _DIVISIONS + 0.5) / _DIVISIONS - 0.5
         report("edges refined", 0.5)
         places = x[rough, None] + within, y[rough, None] + down
-        light[:, rough], transmission[:, rough], more = _all_marched(way, view, *places)
-        steps += more
+        light[:, rough], transmission[:, rough], more_steps = _all_marched(marching, view, *places)
+        steps += more_steps
     return Veil(light, transmission, len(rough), len(x) + len(rough) * _DIVISIONS**2, steps)
 
 
-def step_error(way: Marching, view: Raster, veil: Veil) -> float:
-    """4/3 of the largest change that half the step makes to a sample of the pixels that see matter."""
-    light, transmission = veil.whole()
-    lit = np.flatnonzero((transmission < 1) | light.any(axis=1))
-    if not len(lit):
+def step_error(marching: Marching, view: Raster, veil: Veil) -> float:
+    """4/3 of the largest change with half the step, over a sample of the pixels that see matter."""
+    light, transmission = veil.total()
+    with_matter = np.flatnonzero((transmission < 1) | light.any(axis=1))
+    if not len(with_matter):
         return 0.0
-    which = np.random.default_rng(0).permutation(lit)[:_SAMPLE]
+    which = np.random.default_rng(0).permutation(with_matter)[:_SAMPLE]
     y, x = np.divmod(which, view.width)
-    both = (replace(way, step=way.step / part) for part in (1, 2))
-    coarse, fine = (_all_marched(one, view, x[:, None], y[:, None]) for one in both)
+    marches = (replace(marching, step=marching.step / part) for part in (1, 2))
+    coarse, fine = (_all_marched(march, view, x[:, None], y[:, None]) for march in marches)
     brightest = max(float(luminance(light).max()), 1e-300)
     darker = np.abs(luminance((fine.light - coarse.light).sum(axis=0))) / brightest
     clearer = np.abs(fine.transmission - coarse.transmission)
     return float(4 / 3 * max(darker.max(), clearer.max()))
 
 
-def _all_marched(way: Marching, view: Raster, x: Float[Array, "n m"], y: Float[Array, "n m"]) -> Marched:
+def _all_marched(marching: Marching, view: Raster, x: Float[Array, "n m"], y: Float[Array, "n m"]) -> Marched:
     """Means over the m rays of n pixels, on all cores."""
     count = max(_TOGETHER // x.shape[1], 1)
 
     def part(start: int) -> Marched:
         rows = slice(start, start + count)
         sky, steps = view.directions(x[rows].ravel(), y[rows].ravel())
-        light, transmission, step_counts = marched_between(way, sky, steps)
-        several = way.crossings + 1, len(x[rows]), x.shape[1]
+        light, transmission, step_counts = marched_between(marching, sky, steps)
+        several = marching.crossings + 1, len(x[rows]), x.shape[1]
         means = light.reshape(*several, 3).mean(axis=2), transmission.reshape(several).mean(axis=2)
         return Marched(*means, step_counts)
 
@@ -160,7 +181,7 @@ def _all_marched(way: Marching, view: Raster, x: Float[Array, "n m"], y: Float[A
 
 
 def _rough(grey: Float[Array, "h w"], transmission: Float[Array, "layers pixels"]) -> Bool[Array, "h w"]:
-    """Pixels that differ much from one beside, above or below them."""
+    """True for pixels that differ much from a neighbour."""
     mask = np.zeros(grey.shape, bool)
     for picture in (grey, *transmission.reshape(-1, *grey.shape)):
         for axis in (0, 1):

@@ -33,7 +33,7 @@ _MOST_CELLS = 512
 
 
 class VolumeLaw(ABC):
-    """A law of a volume that is more than a function: it knows its symmetry, and can be turned."""
+    """A law of a volume with a known symmetry, which can be turned about the spin axis."""
 
     @property
     @abstractmethod
@@ -52,12 +52,12 @@ class VolumeGrid(VolumeLaw):
     ----------
     values : (radii, thetas, azimuths) array
         From the inner to the outer radius, from the north pole to the south pole, once round from phi = 0; not
-        negative. One azimuth is enough for what is symmetric. With one more axis, of 3, they are colours: linear sRGB.
+        negative. One azimuth is enough for a symmetric grid. With one more axis, of 3, they are colours: linear sRGB.
     inner, outer : float
         Radii of the grid's ends, not of the middles of its cells.
     weights : (radii, thetas, azimuths) array, optional
-        Weights of the cells in all means: the density for a temperature or a colour, so that cells count by what they
-        absorb, and empty ones not at all.
+        Weights of the cells in all means: the density for a temperature or a colour, so that cells count by their
+        absorption.
 
     Raises
     ------
@@ -66,9 +66,9 @@ class VolumeGrid(VolumeLaw):
 
     Notes
     -----
-    Linear between the middles of cells; round the axis the grid goes on from end to end. Means over a beam are taken in
-    a pyramid of grids, each half as fine as the one before: a beam as wide as 2^k cells sees the k-th one, and one in
-    between a mixture of two.
+    Linear between the middles of cells, and periodic round the axis. Means over a beam come from a pyramid of grids,
+    each half as fine as the one before: a beam as wide as 2^k cells sees the k-th grid, and beams in between a mixture
+    of two.
 
     Examples
     --------
@@ -109,7 +109,7 @@ class VolumeGrid(VolumeLaw):
 
     @property
     def symmetric(self) -> bool:
-        """True if it is the same all round."""
+        """True if it is the same at all azimuths."""
         return self.shape[2] == 1
 
     def turned_by(self, angle: float) -> "VolumeGrid":
@@ -189,7 +189,7 @@ def _trilinear(grid: Float[Array, "i j k channels"], place: Sequence[Array]) -> 
 
 @dataclass(frozen=True, eq=False)
 class Volume:
-    """Matter between two radii that glows as a black body, and absorbs what it would emit.
+    """Matter between two radii that emits and absorbs as a black body.
 
     Parameters
     ----------
@@ -199,10 +199,10 @@ class Volume:
     temperature : float, function or VolumeGrid
         Kelvin, likewise. A black body of 6504 K has luminance 1, and is white.
     inner, outer : float
-        Radii, outside the horizon, beyond which there is nothing.
+        Radii of the ends of the matter, outside the horizon.
     scale : float
         Length over which density and temperature change, in units of the mass: rays are marched in steps of a part of
-        it. A function needs one, a grid has its cells, a number needs none.
+        it. A function needs one; grids have their cells, and numbers need none.
     motion : str or function
         "circular" (as prograde circular geodesics of the equatorial plane do at the distance r sin theta from the
         axis), "fiducial" (with the FIDO), "static" (at rest in Boyer-Lindquist coordinates), or dphi / dt itself, a
@@ -221,7 +221,7 @@ class Volume:
 
     Notes
     -----
-    Where nothing can move in this way, there is nothing. Matter without pressure cannot circle off the equatorial plane
+    Where the motion is impossible, there is no matter. Matter without pressure cannot circle off the equatorial plane
     at constant theta: "circular" is a choice, not a solution.
 
     Examples
@@ -281,17 +281,17 @@ class Volume:
 
     @property
     def symmetric(self) -> bool:
-        """True if it is known to be the same all round: numbers, grids with one azimuth, laws that say so."""
+        """True if it is known to be symmetric about the axis: numbers, grids with one azimuth, symmetric laws."""
         laws = self.density, self.temperature, self.colour
         return all(law.symmetric if isinstance(law, VolumeLaw) else not callable(law) for law in laws)
 
     @property
     def grids(self) -> tuple[VolumeGrid, ...]:
-        """The laws that are grids: only they need to know how wide beams are."""
+        """The laws that are grids: only grids depend on the width of beams."""
         return tuple(law for law in (self.density, self.temperature, self.colour) if isinstance(law, VolumeGrid))
 
     def length(self, radius: Float[Array, " n"], width: ArrayLike) -> Float[Array, " n"]:
-        """Length (n,) over which something changes, as a beam of a width sees it: no grid is finer than the beam."""
+        """Length (n,) over which something changes, for a beam of a width: no grid is finer than the beam."""
         length = np.full(radius.shape, self.outer if self.scale is None else float(self.scale))
         for grid in self.grids:
             length = np.minimum(length, np.maximum(grid.cell * radius, width))
@@ -307,7 +307,7 @@ class Volume:
     def tint(
         self, radius: Float[Array, " n"], theta: Float[Array, " n"], azimuth: Float[Array, " n"], width: ArrayLike
     ) -> Float[Array, "n 3"] | float:
-        """Factors (n, 3) of the light at places, averaged likewise; 1 where no colour is given."""
+        """Factors (n, 3) of the light at places, averaged over the width of a beam; 1 without a colour."""
         if self.colour is None:
             return 1.0
         if isinstance(self.colour, VolumeGrid):
@@ -322,7 +322,7 @@ class Volume:
     def energy(
         self, spin: float, b: Float[Array, " n"], radius: Float[Array, " n"], theta: Float[Array, " n"]
     ) -> Float[Array, " n"]:
-        """-p.u (n,) of photons of unit energy at infinity, as the matter measures; NaN where none can move so.
+        """-p.u (n,) of photons of unit energy at infinity, as the matter measures; NaN where the motion is impossible.
 
         The matter circles: u = u^t (1, 0, 0, Omega), and u^t makes it a unit vector.
         """

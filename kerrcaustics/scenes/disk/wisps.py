@@ -8,7 +8,7 @@ import numpy as np
 from kerrcaustics.scenes.colour import ResponseLike
 from kerrcaustics.scenes.disk.emission import BlackBody, PageThorne, ThermalEmission
 from kerrcaustics.scenes.disk.samples import DiskSamples
-from kerrcaustics.scenes.disk.texture import Pyramid, Texture, as_part
+from kerrcaustics.scenes.disk.texture import Texture, TexturePyramid, as_part
 from kerrcaustics.scenes.scene_checks import check_number
 from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.checks import one_of, quoted, real_number, whole_number
@@ -18,12 +18,17 @@ Array = np.ndarray
 TemperatureLaw = Literal["black-body", "page-thorne"]
 _GASES: dict[str, Any] = {"black-body": BlackBody, "page-thorne": PageThorne}
 
+# Size of the pattern, pixels.
 _ROWS, _COLUMNS = 512, 2048
-# Waves from rim to rim, and once round, up to which all are equally strong; finer ones fall with this power.
-_ACROSS, _ROUND, _FALL = 5.0, 2.5, 1.55
-# The inner rim is ahead of the outer one by this angle (radians): wisps trail.
+# Number of waves from rim to rim up to which the spectrum is flat.
+_ACROSS = 5.0
+# Number of waves once round up to which the spectrum is flat.
+_ROUND = 2.5
+# Exponent with which the amplitude of finer waves falls.
+_FALL = 1.55
+# Angle (radians) by which the inner rim is ahead of the outer one, so that wisps trail.
 _TRAIL = 2.0
-# Part of the width, from each rim, over which the gas thins out.
+# Part of the disk's width over which the gas thins out at each rim.
 _SOFT = 0.14
 
 
@@ -41,7 +46,7 @@ class Wisps(Texture):
     contrast : float
         Standard deviation of the logarithm of the depth; 0 for an even disk.
     seed : int
-        Another number makes other wisps.
+        Seed of the random pattern.
     response : str or MeasuredResponse
         "cie", "film" or measured curves, as for `black_body`.
     law : str
@@ -90,27 +95,27 @@ class Wisps(Texture):
         field = _random_field(whole_number("seed", seed, 0), across)
         near = np.clip(np.minimum(across, 1 - across) / _SOFT, 0, 1)
         tau = depth * (near * near * (3 - 2 * near)) * np.exp(contrast * field - contrast**2 / 2)
-        # Of a texture, one channel: the part that shines is the same in all.
+        # One channel: the emitting part is the same in all colours.
         self.shape, self.cover = (_ROWS, _COLUMNS), None
-        self._pyramid = Pyramid.of(-np.expm1(-tau)[..., None].astype(np.float32))
+        self._pyramid = TexturePyramid.from_picture(-np.expm1(-tau)[..., None].astype(np.float32))
 
     def light(self, samples: DiskSamples, beaming: bool, colour_shift: bool) -> Float[Array, "n 3"]:
-        """The light of a black body, times the opacity; seen with g and both shifts, that of one of g T."""
+        """The light of a black body times the opacity; with the ratio g and both shifts that of a black body of g T."""
         return self.mean(self._pyramid, samples) * self.gas.light(samples, beaming, colour_shift)
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
-        """Half as many parts as for any picture, whose finest features are stronger."""
+        """Half as many parts as for a picture, whose finest features are stronger."""
         return np.maximum(super().parts(low, high, size) // 2, 2)
 
     def opacity(self, radius: Float[Array, " n"], azimuth: Float[Array, " n"]) -> Float[Array, " n"]:
         """The part (n,) of the light behind that is blocked when seen along the axis."""
         across = (radius - self.inner) / (self.outer - self.inner)
-        return as_part(self._pyramid.at(across, azimuth))
+        return as_part(self._pyramid.finest_values(across, azimuth))
 
 
 def _random_field(seed: int, across: Float[Array, "rows 1"]) -> Float[Array, "rows columns"]:
     """A Gaussian random field of variance 1, periodic in azimuth, with features long in azimuth and trailing."""
-    # Twice as many rows as are used: the field is not periodic from rim to rim.
+    # Half of the rows are dropped, so that the field is not periodic from rim to rim.
     waves = np.fft.rfft2(np.random.default_rng(seed).normal(size=(2 * _ROWS, _COLUMNS)))
     k, m = np.fft.fftfreq(2 * _ROWS, 1 / _ROWS)[:, None], np.arange(_COLUMNS // 2 + 1)
     waves *= (1 + (k / _ACROSS) ** 2 + (m / _ROUND) ** 2) ** (-_FALL / 2)
