@@ -2,6 +2,7 @@
 
 import ctypes
 import gc
+import re
 import sys
 from contextlib import suppress
 from dataclasses import replace
@@ -14,60 +15,50 @@ from command_line import run
 
 from kerrcaustics import scripts
 
-# Modules whose types are checked. Left out are those that callers meet, which refuse wrong arguments themselves, and
-# results; and ray_end and calls, which are called tens of thousands of times.
-SPACETIME = ("cubic", "elliptic", "kerr", "polar", "radial", "sphere")
-ASTRONOMY = ("plate_carree",)
-BEAMS = (
-    *("accelerator", "accuracy", "bundle_formulas", "closed_form", "dispatch", "emitters", "errors", "geometry"),
-    *("integrator", "traced_ends", "traced_results", "vectors"),
-)
-CURVES = ("critical_curves", "critical_points", "features", "winding")
-FILMS = ("frame_store", "video")
-IMAGES = ("fold", "search", "sheet_cells", "sheet_grids", "sheets")
-EXPLORER = ("answers", "page_data")
-SCENE_FILES = ("camera_motion", "expressions", "orientation")
-# Rooms that are checked but for these modules.
-ALL_BUT = {
-    "numerics": (),
-    "orbits": (),
-    "lens_map": (),
-    "level_curves": (),
-    "tracks": (
-        *("circles", "event_derivatives", "events", "following", "isoradials"),
-        *("lines", "track", "tracks"),
-    ),
-    "extended_sources": ("magnification", "profiles"),
-    "light_curves": ("light_curve", "results", "sources", "spot_curve"),
-    "waves": ("amplification", "pattern"),
+PACKAGE = Path(__file__).parents[1] / "kerrcaustics"
+# Modules in which callers meet names, as the stub files have them: these refuse wrong arguments themselves.
+PUBLIC = {
+    name.replace(".", "/")
+    for stub in PACKAGE.glob("*.pyi")
+    for name in re.findall(r"^from \.([\w.]+) import", stub.read_text(encoding="utf-8"), re.MULTILINE)
 }
-ROOMS = {
-    "films": FILMS,
-    "spacetime": SPACETIME,
-    "interop": ASTRONOMY,
-    "beams": BEAMS,
-    "curves": CURVES,
-    "images": IMAGES,
-    "scene_files": SCENE_FILES,
-    "explorer": EXPLORER,
+# Modules that get what callers pass as it is, and refuse it themselves.
+REFUSING = {
+    "beams/moving",
+    "extended_sources/profiles",
+    "functional/rays",
+    "functional/traced_arguments",
+    "interop/healpix",
+    "light_curves/spot_curve",
+    "results/progress",
+    "scenes/disk/flat",
+    "scenes/disk/veil",
+    "scenes/scene_checks",
 }
+# Modules whose functions are called tens of thousands of times.
+UNCHECKED = {"beams/ray_end", "beams/calls"}
+
+
+def checked_modules():
+    """All modules whose types are checked: those of every room, but for the sets above and records of results."""
+    for path in PACKAGE.rglob("*.py"):
+        inside = path.relative_to(PACKAGE).with_suffix("")
+        if len(inside.parts) == 1 or inside.name[0] == "_" or inside.as_posix() in PUBLIC | REFUSING | UNCHECKED:
+            continue
+        if not re.search(r"^@result\(", path.read_text(encoding="utf-8"), re.MULTILINE):
+            yield ".".join(("kerrcaustics", *inside.parts))
+
+
 # GB: when memory is given back, and what must not be kept then.
 MUCH, MOST = 3.0, 4.0
 # Tests of which a case has run.
 _SEEN = set()
-PACKAGE = Path(__file__).parents[1] / "kerrcaustics"
-WHOLE = {
-    room: [name for path in (PACKAGE / room).iterdir() if (name := path.stem)[0] not in "._" and name not in but]
-    for room, but in ALL_BUT.items()
-}
-CHECKED = [f"kerrcaustics.{room}.{name}" for room, names in (ROOMS | WHOLE).items() for name in names]
-CHECKED += ["kerrcaustics.draw"]
 
 
 def pytest_configure(config):
     """Before the package is imported; benchmarks time it as users have it."""
     if not config.getoption("benchmark_only", default=False):
-        jaxtyping.install_import_hook(CHECKED, "typed.checked")
+        jaxtyping.install_import_hook(list(checked_modules()), "typed.checked")
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -243,6 +243,7 @@ def test_what_cannot_be_answered_is_refused_by_its_number():
     assert "`spin` must lie in" in record["line"]
 
 
+@pytest.mark.stand_ins
 def test_work_that_lasts_is_reported():
     """Between its stages, from another thread."""
     work, reported = Work(), []

@@ -750,6 +750,7 @@ def test_the_renderer_is_asked_for_the_frame(scene, painted):
         read.rendering(0, quality="best")
 
 
+@pytest.mark.stand_ins
 def test_the_map_is_made_once_for_a_circular_orbit(scene, monkeypatch):
     traced, shown = [], []
 
@@ -953,6 +954,7 @@ def test_letters_have_the_size_and_the_colour_that_is_wanted(scene, painted):
     assert np.ptp(rows) > 12 and picture.max() > 180
 
 
+@pytest.mark.stand_ins
 @pytest.mark.parametrize(
     ("value", "reported"),
     [(125.6666, "125.7"), (6.03, "6.030"), (80.0, "80"), (0.01234, "0.01234"), (12345.6, "12346"), (-3.5, "−3.500")],
@@ -963,6 +965,7 @@ def test_numbers_in_captions_have_four_digits(value, reported):
     assert overlays.filled_caption("{radius}", moment) == reported
 
 
+@pytest.mark.stand_ins
 @for_each(radius=[60, 250, 700], direction=range(-180, 180, 45), within=[False, True])
 def test_names_beside_curves_lie_in_the_picture(radius, direction, within):
     overlays = importlib.import_module("kerrcaustics.scene_files.overlays")
@@ -984,6 +987,7 @@ def test_names_beside_curves_lie_in_the_picture(radius, direction, within):
     assert (np.hypot(*(begin[best] - [480, 270])) < radius) == within
 
 
+@pytest.mark.stand_ins
 def test_the_shadow_edge_has_its_name_in_the_shadow():
     overlays = importlib.import_module("kerrcaustics.scene_files.overlays")
     camera = kc.Camera(0.9, 10.0)

@@ -158,6 +158,7 @@ def test_a_disk_is_within_the_sphere():
         kc.render(CAMERA, SIDEWAYS, kc.skies.Checkerboard(), disk=disk, sky_radius=RADIUS)
 
 
+@pytest.mark.stand_ins
 def test_lines_over_a_picture_are_those_of_its_sphere(monkeypatch):
     ends = []
     monkeypatch.setattr(overlays, "caustics", lambda camera, orders, end: ends.append(end) or [])

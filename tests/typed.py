@@ -1,10 +1,20 @@
-"""Checks of types and shapes at run time: an int serves where a float is wanted."""
+"""Checks of types and shapes at run time.
+
+An int serves where a float is wanted, a scalar of NumPy for an array without axes or an int, and a member of a zip file
+for a file. `Self` is any object: checks of one method do not know the class.
+"""
 
 from functools import wraps
+from io import BufferedIOBase
+from typing import IO, Self
 
-from beartype import BeartypeConf, beartype
+import numpy as np
+from beartype import BeartypeConf, FrozenDict, beartype
 
-_strict = beartype(conf=BeartypeConf(is_pep484_tower=True))
+_looser = FrozenDict(
+    {Self: object, np.ndarray: np.ndarray | np.generic, int: int | np.integer, IO[bytes]: IO[bytes] | BufferedIOBase}
+)
+_strict = beartype(conf=BeartypeConf(is_pep484_tower=True, hint_overrides=_looser))
 
 
 def checked(function):

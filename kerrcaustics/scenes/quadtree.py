@@ -1,13 +1,14 @@
 """A quadtree of square cells of a picture, whose corners are shared."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kerrcaustics.scenes.coons_patches import CORNERS
-from kerrcaustics.shapes import Bool, Int
+from kerrcaustics.shapes import Bool, Int, Real
 
 Array = np.ndarray
 CornerSet = TypeVar("CornerSet", bound=tuple[Any, ...])
@@ -34,7 +35,7 @@ def find(keys: Int[Array, " n"], key: Int[Array, "*shape"]) -> tuple[Int[Array, 
     return number, keys[number] == key
 
 
-def in_chunks(values: Int[Array, " n"], most: Callable[[int], int]) -> list[Int[Array, " _m"]]:
+def in_chunks(values: Real[Array, " n"], most: Callable[[int], int]) -> list[Int[Array, " _m"]]:
     """Numbers of equal values, in chunks; most: function of a value that returns the largest size of a chunk."""
     chunks = []
     for value in np.unique(values):
@@ -84,7 +85,8 @@ class Squares(NamedTuple):
         return Squares(x, y, size)
 
 
-class Level(NamedTuple, Generic[CornerSet]):
+@dataclass(frozen=True)
+class Level(Generic[CornerSet]):
     """Cells of one size in a division.
 
     squares: the cells.
@@ -103,7 +105,8 @@ class Level(NamedTuple, Generic[CornerSet]):
         return np.asarray(near[self.number].any(axis=1))
 
 
-class Division(NamedTuple, Generic[CornerSet, Cells]):
+@dataclass(frozen=True)
+class Division(Generic[CornerSet, Cells]):
     """Rules for the division of cells.
 
     columns: a number larger than that of corners from left to right.

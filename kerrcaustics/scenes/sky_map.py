@@ -137,7 +137,7 @@ class _SkyLattice(NamedTuple):
     def roots(self) -> Squares:
         return Squares.over(self.view.width + 2 * self.margin, self.view.height + 2 * self.margin, self.size)
 
-    def pixel_counts(self, hidden: Bool[Array, "h w"]) -> Int[Array, "h+1 w+1"]:
+    def pixel_counts(self, hidden: Bool[Array, "h w"]) -> Int[Array, "rows columns"]:
         """Number of visible pixels above and left of each corner; the margin repeats the pixels beside it."""
         x, y = self.origin
         beyond = np.pad(~hidden, self.margin, mode="edge")
@@ -301,7 +301,7 @@ def _on_cores(work: Callable[[Array], Rows], rows: Int[Array, " n"]) -> Rows:
         return joined(list(pool.map(work, np.array_split(rows, cores()))))
 
 
-def _visible_squares(squares: Squares, total: Int[Array, "h+1 w+1"]) -> Squares:
+def _visible_squares(squares: Squares, total: Int[Array, "rows columns"]) -> Squares:
     """Squares with a pixel of the picture that is not hidden; total: their number above and left of each corner."""
     x, y, size = squares
     height, width = total.shape[0] - 1, total.shape[1] - 1

@@ -14,6 +14,8 @@ from kerrcaustics.shapes import Float, Float16, Float32
 
 Array = np.ndarray
 Level = Float32[Array, "h w channels"] | Float16[Array, "h w channels"]
+FineLevel = Float32[Array, "_ _ channels"] | Float16[Array, "_ _ channels"]
+"""The level before, of twice as many rows and columns without the margins."""
 
 # Smallest number of rows of the coarsest level.
 _COARSEST = 4
@@ -85,7 +87,7 @@ def _with_finest(made: SpherePyramid, blocks: Iterable[SphereRows]) -> SpherePyr
     return made
 
 
-def _halve(fine: Level, level: Level) -> None:
+def _halve(fine: FineLevel, level: Level) -> None:
     """Fill a level, but for its margin, from the one before: means of two by two pixels, weighted by their areas."""
     rows = len(level) - 2
     weight = np.sin((np.arange(2 * rows) + 0.5) * math.pi / (2 * rows)).astype(np.float32).reshape(-1, 2, 1, 1)

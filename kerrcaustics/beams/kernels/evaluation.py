@@ -41,7 +41,7 @@ DOUBLES = Arithmetic({**ROUNDED_ONCE, **ELEMENTARY}, np.asarray, np.any)
 def evaluated(
     function: Lowered,
     parameters: Sequence[Any],
-    columns: Sequence[Any],
+    columns: Sequence[Any] | np.ndarray,
     arithmetic: Arithmetic = DOUBLES,
     tables: Sequence[np.ndarray] = (),
 ) -> list[Any]:
@@ -73,7 +73,9 @@ def evaluated(
 class _Run:
     """The values of nodes, one after the other."""
 
-    def __init__(self, function: Lowered, inputs: dict[str, Sequence[Any]], arithmetic: Arithmetic) -> None:
+    def __init__(
+        self, function: Lowered, inputs: dict[str, Sequence[Any] | np.ndarray], arithmetic: Arithmetic
+    ) -> None:
         self._graph, self._roots, self._inputs, self._arithmetic = function.graph, function.roots, inputs, arithmetic
         nodes = live(self._graph, self._roots)
         self._loops = loops_of(self._graph, nodes)

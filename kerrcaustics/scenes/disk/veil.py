@@ -17,7 +17,7 @@ from kerrcaustics.scenes.disk.orbiting_spots import OrbitingSpots
 from kerrcaustics.scenes.disk.volume import Volume
 from kerrcaustics.scenes.raster import Raster
 from kerrcaustics.scenes.sky import Shifts
-from kerrcaustics.shapes import Bool, Float
+from kerrcaustics.shapes import Bool, Float, Real
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import instance_of
 from kerrcaustics.spacetime.viewer import Viewer
@@ -162,7 +162,7 @@ def step_error(marching: Marching, view: Raster, veil: Veil) -> float:
     return float(4 / 3 * max(darker.max(), clearer.max()))
 
 
-def _all_marched(marching: Marching, view: Raster, x: Float[Array, "n m"], y: Float[Array, "n m"]) -> Marched:
+def _all_marched(marching: Marching, view: Raster, x: Real[Array, "n m"], y: Real[Array, "n m"]) -> Marched:
     """Means over the m rays of n pixels, on all cores."""
     count = max(_TOGETHER // x.shape[1], 1)
 
