@@ -8,6 +8,7 @@ import pytest
 
 import kerrcaustics as kc
 from kerrcaustics.beams.ends import Sphere, end_of
+from kerrcaustics.extended_sources.arcs.area import flat_from_hole, winding
 from kerrcaustics.extended_sources.charts.chart_method import disc_images_on_charts
 from kerrcaustics.extended_sources.sheets.sheet_method import disc_images_on_sheets
 from kerrcaustics.spacetime.sphere import from_angles
@@ -79,3 +80,12 @@ def test_disc_that_the_sheets_leave_in_doubt_is_left_to_the_charts():
     # The light of a disc between others of nearly its size.
     beside = [kc.magnification(viewer, place, size * (1 + step), max_index=max_index) for step in (-1e-3, 1e-3)]
     assert beside[0].total * (1 - 1e-3) ** 2 < seen.total < beside[1].total * (1 + 1e-3) ** 2
+
+
+@pytest.mark.parametrize("hole", [(0.0, 0.0, -1.0), (3.0, 0.0)], ids=["sphere", "plane"])
+def test_place_of_the_hole_lies_at_no_finite_place_of_the_plane(hole):
+    places = np.array([hole, np.roll(hole, 1)])
+    with np.errstate(all="raise"):
+        plane = flat_from_hole(places, np.array(hole))
+        about = winding(plane[None, [0] + 8 * [1]], np.ones(1), plane[1:] + 1)
+    assert np.isnan(plane[0]) and np.isfinite(plane[1]) and np.isnan(about).all()

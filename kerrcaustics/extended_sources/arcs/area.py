@@ -152,12 +152,15 @@ def seen_points(sky: SearchSky, arcs: BoundaryArcs) -> tuple[Float[Array, "arcs 
 
 
 def flat_from_hole(places: Float[Array, "*batch axes"], hole: Float[Array, " axes"]) -> Complex[Array, "*batch"]:
-    """Places in a plane on which the hole is infinitely far away and angles are true."""
-    if len(hole) == 2:
-        away = places - hole
-        return 1 / (away[..., 1] + 1j * away[..., 0])
-    first, second = (axis[0] for axis in tangent_basis(-hole[None]))
-    return (places @ first + 1j * (places @ second)) / (1 - places @ hole)
+    """Places in a plane on which the hole is infinitely far away and angles are true; NaN for the hole's own place."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if len(hole) == 2:
+            away = places - hole
+            plane = 1 / (away[..., 1] + 1j * away[..., 0])
+        else:
+            first, second = (axis[0] for axis in tangent_basis(-hole[None]))
+            plane = (places @ first + 1j * (places @ second)) / (1 - places @ hole)
+    return np.where(np.isfinite(plane), plane, np.nan)
 
 
 def winding(
