@@ -1,4 +1,4 @@
-"""The light of balls whose image is even, on made-up maps of the sky, against their integral."""
+"""The light of balls whose image is smooth, on made-up maps of the sky, against their integral."""
 
 import math
 from types import SimpleNamespace
@@ -8,7 +8,7 @@ import pytest
 
 import kerrcaustics as kc
 from kerrcaustics.light_curves.ball_passes import Passes, RayAims
-from kerrcaustics.light_curves.even_light import even_light
+from kerrcaustics.light_curves.smooth_light import smooth_light
 
 MIDDLE = np.array([0.6, -0.48, 0.64])
 FIRST = np.array([0.8, 0.36, -0.48])
@@ -51,8 +51,8 @@ def passes_at(place, mirrored):
         by_sky=np.array([linear @ frame @ np.stack(kc.tangent_basis(ray)).T for ray in rays]),
         by_time=np.zeros((n, 2)),
         light=light_at(place),
-        bend=np.zeros(n),
-        inside=np.ones(n, bool),
+        relative_error=np.zeros(n),
+        index_kept=np.ones(n, bool),
     )
 
 
@@ -65,7 +65,7 @@ def test_the_area_of_an_image_does_not_depend_on_derivatives(mirrored):
     ball = SimpleNamespace(size=SIZE, passes=lambda aims: passes_at(np.zeros(1, complex), mirrored))
     ball.rays_through = rays_through
     aims = RayAims(MIDDLE[None], np.zeros(1), np.zeros(1), np.zeros(1, bool), np.zeros((1, 2, 3)))
-    flux, error, even = even_light(ball, aims)
+    flux, error, smooth = smooth_light(ball, aims)
     # Gauss' formula over the disc.
     nodes, weights = np.polynomial.legendre.leggauss(20)
     radius, angle = np.sqrt((1 + nodes) / 2), np.arange(40) * math.pi / 20
@@ -73,7 +73,7 @@ def test_the_area_of_an_image_does_not_depend_on_derivatives(mirrored):
     by_x, by_y = slopes(place)
     area = (by_x.conj() * by_y).imag
     true = (weights[:, None] * light_at(place) * area).sum() * math.pi / 2 / 20 / (4 * math.pi**2 * SIZE**2) / 2
-    assert even.all()
+    assert smooth.all()
     assert abs(flux[0] - true) < error[0] + 1e-9 * true
     assert error[0] < 1e-4 * true
     # So much is at stake.

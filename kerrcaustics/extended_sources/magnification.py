@@ -197,7 +197,7 @@ def magnification(
     per_solid_angle = 1 / disc.solid_angle
     # Of a source that is not seen there is none.
     with np.errstate(divide="ignore", invalid="ignore"):
-        middle = disc.moment / (lengths(disc.moment) if len(disc.moment) == 3 else disc.area)
+        middle = disc.first_moment / (lengths(disc.first_moment) if len(disc.first_moment) == 3 else disc.area)
     spread = float(lengths(whole.points - middle).max(initial=0.0))
     return Magnification(
         camera=viewer,
@@ -247,8 +247,8 @@ def _graded(
 
     def columns(disc: DiscImages) -> tuple[Array, Array]:
         """Area, shares and moment, and their errors; that of the moment is not needed."""
-        values = np.array([disc.area, *disc.shares, *disc.moment])
-        return values, np.array([disc.error, *disc.share_errors, *np.zeros(len(disc.moment))])
+        values = np.array([disc.area, *disc.shares, *disc.first_moment])
+        return values, np.array([disc.error, *disc.share_errors, *np.zeros(len(disc.first_moment))])
 
     def nested(x: float) -> tuple[Array, Array]:
         disc = disc_images(viewer, surface, centre, angle * math.sin(x), index, weight, nested=True)
@@ -266,7 +266,7 @@ def _graded(
         error=float(error[0]),
         shares=light[1 : index + 2],
         share_errors=error[1 : index + 2],
-        moment=light[index + 2 :],
+        first_moment=light[index + 2 :],
         remarks=tuple(dict.fromkeys(remarks)),
     )
 

@@ -66,7 +66,7 @@ class Source:
         """The rays of directions on the search sky, to the spheres of the source at emission times, or to others."""
         places = self.motion.places(time)
         radius = places.radius if radius is None else radius
-        beams, cosine_slope = self._trace(sky, radius, second)
+        beams, cosine_change = self._trace(sky, radius, second)
         # Rays that turn outside the sphere are evaluated next to their turning point.
         passed = np.flatnonzero(beams.status == Status.MISSED)
         if len(passed):
@@ -76,8 +76,8 @@ class Source:
             for name, values in vars(beams).items():
                 if isinstance(values, np.ndarray):
                     values[passed] = getattr(beside_turning_point, name)
-            cosine_slope[passed] = slope
-        return Arrivals(self, sky, time, second, places, beams, cosine_slope)
+            cosine_change[passed] = slope
+        return Arrivals(self, sky, time, second, places, beams, cosine_change)
 
     def _trace(
         self, sky: Float[Array, "n 3"], radius: Float[Array, " n"], second: Bool[Array, " n"]
@@ -148,7 +148,7 @@ class Arrivals:
     second: True for rays that arrive at the sphere for the second time.
     places: places of the source.
     beams: beams from its spheres.
-    cosine_slope: change of cos theta a little further out along the ray.
+    cosine_change: change of cos theta a little further out along the ray.
     """
 
     source: Source
@@ -157,7 +157,7 @@ class Arrivals:
     second: Bool[Array, " n"]
     places: BodyPlaces
     beams: Beams
-    cosine_slope: Float[Array, " n"]
+    cosine_change: Float[Array, " n"]
 
     @property
     def reach(self) -> Bool[Array, " n"]:
@@ -169,15 +169,15 @@ class Arrivals:
         """p_r, p_theta and b / sin theta (n,) of the light, of unit energy, toward the camera."""
         a, z = self.source.spin, self.beams.direction[:, 2]
         with np.errstate(invalid="ignore", divide="ignore"):
-            around = np.where(self._sine > 0, self._light[0] / self._sine, 0.0)
-            radial = radial_momentum(a, self._light, self.beams.radius)
-            polar = np.sqrt(np.maximum(self._light[1] + z * z * (a * a - around**2), 0))
+            around = np.where(self._sine > 0, self._constants[0] / self._sine, 0.0)
+            radial = radial_momentum(a, self._constants, self.beams.radius)
+            polar = np.sqrt(np.maximum(self._constants[1] + z * z * (a * a - around**2), 0))
         # Followed backward the ray moves outward: so the light moves inward.
         inward = np.where(self.beams.outward, -1.0, 1.0)
-        return inward * radial, -np.sign(self.cosine_slope) * inward * polar, around
+        return inward * radial, -np.sign(self.cosine_change) * inward * polar, around
 
     @property
-    def _light(self) -> tuple[Array, Array]:
+    def _constants(self) -> tuple[Array, Array]:
         """b and q of the light."""
         return np.asarray(self.beams.impact), np.asarray(self.beams.carter)
 
@@ -194,7 +194,7 @@ class Arrivals:
     @cached_property
     def radial_root(self) -> tuple[Array, Array]:
         """sqrt(R), of the radial potential of the light at the source (n,), and its relative error."""
-        a, r, (b, _) = self.source.spin, self.beams.radius, self._light
+        a, r, (b, _) = self.source.spin, self.beams.radius, self._constants
         by_b = 2 * a * (r * r + a * a - a * b) + 2 * self._delta * np.abs(b - a)
         off = by_b * np.asarray(self.beams.impact_error) + self._delta * np.asarray(self.beams.carter_error)
         size = np.maximum((self._delta * self.momentum[0]) ** 2, off)
@@ -213,7 +213,7 @@ class Arrivals:
     def ray_tangent(self) -> Float[Array, "n 3"]:
         """Unit vectors along the ray, in lengths along r, theta, phi."""
         a, r, (p_r, p_theta, around) = self.source.spin, self.beams.radius, self.momentum
-        drag = a * (r * r + a * a - a * self._light[0]) / self._delta - a
+        drag = a * (r * r + a * a - a * self._constants[0]) / self._delta - a
         # dr, dtheta, sin theta dphi by Mino time.
         motion = np.stack([self._delta * p_r, p_theta, around + drag * self._sine], axis=-1)
         ahead = motion * np.stack(self._scales, axis=-1)
@@ -224,7 +224,7 @@ class Arrivals:
         """Two steps dr, dtheta, sin theta dphi across the ray, of the length 1 over the radius."""
         return np.stack(tangent_basis(self.ray_tangent)) / np.stack(self._scales, axis=-1)
 
-    def _on_plane(self, step: Float[Array, "n 3"]) -> Float[Array, "n 2"]:
+    def _transverse(self, step: Float[Array, "n 3"]) -> Float[Array, "n 2"]:
         """Steps dr, dtheta, sin theta dphi, seen along the ray: lengths over the radius."""
         long = step * np.stack(self._scales, axis=-1) ** 2
         return np.stack([(long * across).sum(axis=1) for across in self.transverse_steps], axis=-1)
@@ -240,12 +240,22 @@ class Arrivals:
         return self._step(self.beams.direction - self.places.vector, self.beams.radius - self.places.radius)
 
     @cached_property
-    def closest_approach(self) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-        """The place of the source along the ray, and the radius at which the ray passes it, both over its radius."""
+    def _along_ray(self) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
+        """The offset in lengths over the radius, and its part along the ray."""
         long = self.offset * np.stack(self._scales, axis=-1)
-        along = (long * self.ray_tangent).sum(axis=1)
+        return long, (long * self.ray_tangent).sum(axis=1)
+
+    @property
+    def offset_along_ray(self) -> Float[Array, " n"]:
+        """Distance along the ray from its end to the point closest to the source, over the source's radius."""
+        return np.abs(self._along_ray[1])
+
+    @property
+    def closest_radius(self) -> Float[Array, " n"]:
+        """Radius at which the ray is closest to the source, over the source's radius."""
+        long, along = self._along_ray
         step = long - along[:, None] * self.ray_tangent
-        return np.abs(along), 1 + step[:, 0] / self._scales[0] / self.places.radius
+        return 1 + step[:, 0] / self._scales[0] / self.places.radius
 
     @property
     def columns(self) -> Float[Array, "n 3 2"]:
@@ -259,18 +269,18 @@ class Arrivals:
 
     @cached_property
     def miss(self) -> Float[Array, "n 2"]:
-        """The distance by which the ray misses the source, across the ray and over the radius."""
-        return self._on_plane(self.offset)
+        """The displacement by which the ray misses the source, across the ray and over the radius."""
+        return self._transverse(self.offset)
 
     @cached_property
     def by_sky(self) -> Float[Array, "n 2 2"]:
         """The change of the miss with N along `tangent_basis(N)`."""
-        return np.stack([self._on_plane(self.columns[:, :, i]) for i in (0, 1)], axis=-1)
+        return np.stack([self._transverse(self.columns[:, :, i]) for i in (0, 1)], axis=-1)
 
     @cached_property
     def by_time(self) -> Float[Array, "n 2"]:
         """The change of the miss with the emission time."""
-        return -self._on_plane(self.velocity)
+        return -self._transverse(self.velocity)
 
     @cached_property
     def rate(self) -> Float[Array, " n"]:
@@ -287,7 +297,7 @@ class Arrivals:
 
     @cached_property
     def orbit_errors(self) -> "OrbitErrors":
-        """Errors of the emission time, the place and the light that follow from those of the orbit."""
+        """Errors of the arrival time, the place and the light that follow from those of the orbit."""
         errors, radius = self.source.motion.errors(self.time), self.places.radius
         scales = np.stack(self._scales, axis=-1) * radius[:, None]
         longest = np.maximum(scales[:, 0], scales[:, 1:].max(axis=1) / radius)

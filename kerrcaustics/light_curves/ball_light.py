@@ -1,4 +1,4 @@
-"""The light of a ball: even images by their limb, others and those at pair events by slices."""
+"""The light of a ball: smooth images by their limb, others and those at pair events by slices."""
 
 from dataclasses import dataclass
 
@@ -7,9 +7,9 @@ import numpy as np
 from kerrcaustics.light_curves.arrivals import Source
 from kerrcaustics.light_curves.ball_passes import RayAims, axes_at
 from kerrcaustics.light_curves.balls import MovingBall, SlicedImage
-from kerrcaustics.light_curves.even_light import even_light
 from kerrcaustics.light_curves.image_curves import ImageCurves
 from kerrcaustics.light_curves.seen_images import SeenImages
+from kerrcaustics.light_curves.smooth_light import smooth_light
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.sphere import lengths
 
@@ -71,11 +71,11 @@ def ball_shares(
         if not len(which):
             continue
         aims = _aims(ball.source, images.sky, images.emitted, times[which], images.second)
-        light, off, even = even_light(ball, aims)
-        flux[k, which[even]], error[k, which[even]] = light[even], off[even] + images.error[even]
+        light, off, smooth = smooth_light(ball, aims)
+        flux[k, which[smooth]], error[k, which[smooth]] = light[smooth], off[smooth] + images.error[smooth]
         sky[k, which] = images.sky
         ends = [turn for turn in (branch.born, branch.dies) if turn is not None]
-        for i in np.flatnonzero(~even).tolist():
+        for i in np.flatnonzero(~smooth).tolist():
             near = min(ends, key=lambda turn: abs(float(turn.point.arrival[0]) - times[which[i]]), default=None)
             parts.append(
                 _Part(

@@ -14,7 +14,7 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class RayAims(Rows):
-    """Directions on the search sky at which slices of a ball are taken.
+    """Rays to aim at a ball: directions on the search sky, and times.
 
     sky: Directions N.
     time: Emission times, GM/c^3.
@@ -38,6 +38,8 @@ class RayAims(Rows):
 class Passes(Rows):
     """Rays that arrive at a time: the places (xi_t, xi_n) at which they pass the ball, and derivatives of these.
 
+    Places are lengths across the ray, in the source's frame, along the axes t and n of the aim.
+
     sky: direction N on the search sky.
     time: emission time, GM/c^3.
     time_deficit: time by which the emission time is too early, GM/c^3.
@@ -45,8 +47,8 @@ class Passes(Rows):
     by_sky: change of place with the direction.
     by_time: change of place with the emission time.
     light: g^4 per solid angle of the search sky.
-    bend: relative error of place, by curvature within the ball and along the ray, and by errors of the ray.
-    inside: True if the Morse index is low enough.
+    relative_error: that of places and light, by curvature in the ball and along the ray, and by errors of the beam.
+    index_kept: True if the Morse index is low enough.
     """
 
     sky: Float[Array, "n 3"]
@@ -56,23 +58,23 @@ class Passes(Rows):
     by_sky: Float[Array, "n 2 2"]
     by_time: Float[Array, "n 2"]
     light: Float[Array, " n"]
-    bend: Float[Array, " n"]
-    inside: Bool[Array, " n"]
+    relative_error: Float[Array, " n"]
+    index_kept: Bool[Array, " n"]
 
     @property
     def spine(self) -> Float[Array, "n 3"]:
-        """The direction of the spine."""
+        """Unit tangents of the curve on the sky along which xi_t is 0, the spine of the image."""
         first, second = tangent_basis(self.sky)
         slope = self.by_sky[:, 0] / lengths(self.by_sky[:, 0])[:, None]
         return slope[:, 1:] * first - slope[:, :1] * second
 
     @property
     def steepest(self) -> Float[Array, " n"]:
-        """The largest change of the place with the direction, nearly."""
+        """Frobenius norm of the change of the place with the direction."""
         return np.sqrt((self.by_sky**2).sum(axis=(1, 2)))
 
     def slices(self, ahead: Float[Array, "n 3"], size: float) -> tuple[Array, Array, Array, Array]:
-        """Slices by the linear map: the part of the radius squared that is left, width, middle, direction."""
+        """Slices by the linear map: 1 - (distance from the centre / radius)^2, width, middle, direction."""
         side = np.cross(ahead, self.sky)
         side /= lengths(side)[:, None]
         slope = np.stack([(side * e).sum(axis=1) for e in tangent_basis(self.sky)], axis=-1)
@@ -83,8 +85,8 @@ class Passes(Rows):
             return root / square / size**2, 2 * np.sqrt(np.maximum(root, 0)) / square, -half / square, side
 
     def remaining_part(self, ahead: Float[Array, "n 3"], size: float) -> Float[Array, " n"]:
-        """The part that is left to the tip of the image, 1 to 0; negative beyond it, and beyond the last index."""
-        return np.where(self.inside, self.slices(ahead, size)[0], -1.0)
+        """1 - (distance of the slice from the centre / radius)^2; negative beyond image and last index."""
+        return np.where(self.index_kept, self.slices(ahead, size)[0], -1.0)
 
 
 def axes_at(rays: Arrivals) -> Float[Array, "n 2 3"]:

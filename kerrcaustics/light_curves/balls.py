@@ -8,7 +8,7 @@ xi is the place at which a ray that arrives at the same time passes the source, 
 frame. With k.d = 0 for all d between events that are seen at once, |xi|^2 = G_ij dx^i dx^j with
 G_ij = g_ij + g_ti p_j + g_tj p_i + g_tt p_i p_j, p the momentum of the light: G is free of the source's motion.
 
-Images whose light hardly changes over the ball are measured along their limb (even_light.py). The others are cut into
+Images whose light hardly changes over the ball are measured along their limb (smooth_light.py). The others are cut into
 slices along their spines, where xi_t = 0, t being the direction along the caustic: xi_n has an extreme at the fold, so
 that both images of a pair lie on one spine, along which nothing is singular. Slices are planes N.e = p about a
 direction e of the spine: the solid angle between two is dp dphi, phi being the azimuth about e.
@@ -113,8 +113,8 @@ class MovingBall:
                 by_sky=across @ rays.columns,
                 by_time=-(across @ rays.velocity[:, :, None])[:, :, 0],
                 light=(ratio * rays.rate / apart.rate) ** 4 * size**2,
-                bend=(self.size / r) ** 2 + rays.closest_approach[0] ** 2 + 2 * rays.beams.error * r / self.size,
-                inside=np.asarray(rays.beams.index) <= self.highest,
+                relative_error=(self.size / r) ** 2 + rays.offset_along_ray**2 + 2 * rays.beams.error * r / self.size,
+                index_kept=np.asarray(rays.beams.index) <= self.highest,
             )
 
     def _lengthened(self, place: Float[Array, "n 2"], distance: Float[Array, " n"]) -> Float[Array, "n 2"]:
@@ -126,7 +126,7 @@ class MovingBall:
     def _closest_rays(self, aims: RayAims) -> Arrivals:
         """Rays at their closest approach to the ball, which is far from it for rays that graze the source's sphere."""
         rays = self.source.arrivals(aims.sky, aims.time, aims.second)
-        near, radius = rays.closest_approach
+        near, radius = rays.offset_along_ray, rays.closest_radius
         radius, second = radius * rays.places.radius, aims.second.copy()
         with np.errstate(invalid="ignore"):
             far = np.flatnonzero(near**2 * rays.places.radius > _BENT * self.size)
@@ -144,10 +144,10 @@ class MovingBall:
                     break
                 trial = self.source.arrivals(aims.sky[far], aims.time[far], leaf, start)
                 with np.errstate(invalid="ignore"):
-                    better = away & (trial.closest_approach[0] < best)
-                best = np.where(better, trial.closest_approach[0], best)
+                    better = away & (trial.offset_along_ray < best)
+                best = np.where(better, trial.offset_along_ray, best)
                 radius[far[better]], second[far[better]] = start[better], leaf[better]
-                start = trial.closest_approach[1] * trial.places.radius
+                start = trial.closest_radius * trial.places.radius
         return self.source.arrivals(aims.sky, aims.time, second, radius)
 
     def rays_through(
@@ -288,12 +288,12 @@ class MovingBall:
         exact = np.where(sure & (width > 0), exact, linear)
         unit = weight / (4 * np.pi**2 * self.size**2)
         total, rough = (np.bincount(row, unit * value, len(cut)) for value in (exact, linear))
-        bend = np.bincount(row, unit * exact * middle.bend, len(cut))
+        ray_error = np.bincount(row, unit * exact * middle.relative_error, len(cut))
         mean = np.stack([np.bincount(row, unit * exact * middle.sky[:, i], len(cut)) for i in range(3)], axis=-1)
         clean = np.bincount(row, ~good, len(cut)) == 0
         for i, (k, spine) in enumerate(cut):
             tips = spine.sky[[0, -1]]
-            error = abs(total[i] - rough[i]) + bend[i]
+            error = abs(total[i] - rough[i]) + ray_error[i]
             images[k] = SlicedImage(total[i], error, mean[i] / lengths(mean[i : i + 1])[0], tips) if clean[i] else None
         return images
 

@@ -49,7 +49,7 @@ _LEVEL = 1e-11
 class CurvePoints(Rows):
     """Points of image curves.
 
-    Steps dN along `tangent_basis(N)` and dt have the length |(metric dN, dt / moment)|, in radians about the hole.
+    Steps dN along `tangent_basis(N)` and dt have the length |(metric dN, dt / time_per_radian)|, radians at the hole.
 
     sky: direction N on the search sky.
     time: emission time, GM/c^3.
@@ -58,7 +58,7 @@ class CurvePoints(Rows):
     arrival: time when the light arrives, GM/c^3.
     rate: change of arrival with time.
     metric: lengths of steps on the sky.
-    moment: the time that counts as one radian, GM/c^3.
+    time_per_radian: the time that counts as one radian, GM/c^3.
     along: change of sky per step of length 1 on the curve.
     along_time: change of time per step of length 1 on the curve.
     """
@@ -70,7 +70,7 @@ class CurvePoints(Rows):
     arrival: Float[Array, " n"]
     rate: Float[Array, " n"]
     metric: Float[Array, "n 2 2"]
-    moment: Float[Array, " n"]
+    time_per_radian: Float[Array, " n"]
     along: Float[Array, "n 3"]
     along_time: Float[Array, " n"]
 
@@ -83,17 +83,17 @@ class CurvePoints(Rows):
         longest: longest step in time, GM/c^3; toward: the points before these, or signs of the change of time.
         """
         metric = _metric(rays)
-        moment = 1 / np.maximum(lengths(rays.by_time), 1 / longest)
+        time_per_radian = 1 / np.maximum(lengths(rays.by_time), 1 / longest)
         rows = np.concatenate(
-            [rays.by_sky @ np.linalg.inv(metric), (rays.by_time * moment[:, None])[:, :, None]], axis=2
+            [rays.by_sky @ np.linalg.inv(metric), (rays.by_time * time_per_radian[:, None])[:, :, None]], axis=2
         )
         across = np.cross(rows[:, 0], rows[:, 1])
         across /= lengths(across)[:, None]
         flat = np.linalg.solve(metric, across[:, :2, None])[:, :, 0]
         first, second = tangent_basis(rays.sky)
-        along, along_time = flat[:, :1] * first + flat[:, 1:] * second, moment * across[:, 2]
+        along, along_time = flat[:, :1] * first + flat[:, 1:] * second, time_per_radian * across[:, 2]
         if isinstance(toward, CurvePoints):
-            before = toward.seen_from(rays.source.chart, rays.sky, metric, moment)
+            before = toward.seen_from(rays.source.chart, rays.sky, metric, time_per_radian)
             same = (before * across).sum(axis=1)
         else:
             same = along_time * toward
@@ -106,16 +106,16 @@ class CurvePoints(Rows):
             arrival=rays.arrival,
             rate=rays.rate,
             metric=metric,
-            moment=moment,
+            time_per_radian=time_per_radian,
             along=along * sense[:, None],
             along_time=along_time * sense,
         )
 
     def seen_from(
-        self, chart: Chart, sky: Float[Array, "n 3"], metric: Float[Array, "n 2 2"], moment: Float[Array, " n"]
+        self, chart: Chart, sky: Float[Array, "n 3"], metric: Float[Array, "n 2 2"], time_per_radian: Float[Array, " n"]
     ) -> Float[Array, "n 3"]:
         """The directions of the curve here, in the units of a metric at other directions."""
-        return _metric_steps(metric, moment, sky, carried(chart, self.sky, self.along, sky), self.along_time)
+        return _metric_steps(metric, time_per_radian, sky, carried(chart, self.sky, self.along, sky), self.along_time)
 
 
 def _metric(rays: Arrivals) -> Float[Array, "n 2 2"]:
@@ -129,7 +129,7 @@ def _metric(rays: Arrivals) -> Float[Array, "n 2 2"]:
 
 def _metric_steps(
     metric: Float[Array, "n 2 2"],
-    moment: Float[Array, " n"],
+    time_per_radian: Float[Array, " n"],
     sky: Float[Array, "n 3"],
     step: Float[Array, "n 3"],
     step_time: Float[Array, " n"],
@@ -137,7 +137,7 @@ def _metric_steps(
     """Steps from directions and times, in the units of a metric there."""
     first, second = tangent_basis(sky)
     flat = np.stack([(step * first).sum(axis=1), (step * second).sum(axis=1)], axis=-1)
-    return np.concatenate([(metric @ flat[:, :, None])[:, :, 0], (step_time / moment)[:, None]], axis=1)
+    return np.concatenate([(metric @ flat[:, :, None])[:, :, 0], (step_time / time_per_radian)[:, None]], axis=1)
 
 
 @dataclass(frozen=True)
@@ -216,7 +216,7 @@ def _stepped(
     for _ in range(_NEWTON):
         change, change_time = _correction(rays, here, lands)
         flat = (here.metric @ change[:, :, None])[:, :, 0]
-        moved += np.sqrt((flat**2).sum(axis=1) + (change_time / here.moment) ** 2)
+        moved += np.sqrt((flat**2).sum(axis=1) + (change_time / here.time_per_radian) ** 2)
         with np.errstate(invalid="ignore"):
             bad = ~np.isfinite(moved) | (moved > 1)
         change[bad], change_time[bad] = 0.0, 0.0
@@ -227,8 +227,8 @@ def _stepped(
             break
     with np.errstate(invalid="ignore", divide="ignore"):
         trial = CurvePoints.from_rays(rays, gap, here)
-        before = here.seen_from(source.chart, trial.sky, trial.metric, trial.moment)
-        after = _metric_steps(trial.metric, trial.moment, trial.sky, trial.along, trial.along_time)
+        before = here.seen_from(source.chart, trial.sky, trial.metric, trial.time_per_radian)
+        after = _metric_steps(trial.metric, trial.time_per_radian, trial.sky, trial.along, trial.along_time)
         straight = (before * after).sum(axis=1) > _STRAIGHT * lengths(before) * lengths(after)
         folds = trial.along_time * here.along_time < 0
         index = np.where(folds, np.abs(trial.index - here.index) == 1, trial.index == here.index)
@@ -243,11 +243,11 @@ def _correction(
     matrix = np.zeros((len(lands), 3, 3))
     unit = np.linalg.inv(here.metric)
     matrix[:, :2, :2] = rays.by_sky @ unit
-    matrix[:, :2, 2] = rays.by_time * here.moment[:, None]
-    ahead = here.seen_from(rays.source.chart, rays.sky, here.metric, here.moment)
+    matrix[:, :2, 2] = rays.by_time * here.time_per_radian[:, None]
+    ahead = here.seen_from(rays.source.chart, rays.sky, here.metric, here.time_per_radian)
     matrix[:, 2] = np.where(lands[:, None], np.array([0.0, 0.0, 1.0]), ahead)
     step = solutions(matrix, np.concatenate([-rays.miss, np.zeros((len(lands), 1))], axis=1))
-    return (unit @ step[:, :2, None])[:, :, 0], step[:, 2] * here.moment
+    return (unit @ step[:, :2, None])[:, :, 0], step[:, 2] * here.time_per_radian
 
 
 def turning_points(
@@ -259,9 +259,9 @@ def turning_points(
     """
     chart = source.chart
     way = bent_way(chart, first.sky, second.sky)
-    span = lengths(_metric_steps(first.metric, first.moment, first.sky, way, second.time - first.time))
-    same = first.seen_from(chart, first.sky, first.metric, first.moment) * second.seen_from(
-        chart, first.sky, first.metric, first.moment
+    span = lengths(_metric_steps(first.metric, first.time_per_radian, first.sky, way, second.time - first.time))
+    same = first.seen_from(chart, first.sky, first.metric, first.time_per_radian) * second.seen_from(
+        chart, first.sky, first.metric, first.time_per_radian
     )
     base, left = first, span.copy()
     value, far = _time_slope(first), _time_slope(second) * np.sign(same.sum(axis=1))
@@ -290,10 +290,10 @@ def turning_points(
         bend = np.abs(_time_slope(second) - _time_slope(first)) / span
         miss = rays.beams.error + rays.orbit_errors.place
         off = (rays.beams.diameter_error + miss + np.abs(_time_slope(best))) / bend
-        time_error = miss / lengths(rays.by_time) + off**2 * bend * best.moment
+        time_error = miss / lengths(rays.by_time) + off**2 * bend * best.time_per_radian
     return best, time_error, off * lengths(best.along)
 
 
 def _time_slope(points: CurvePoints) -> Float[Array, " n"]:
     """The component of the curve's direction along time."""
-    return points.along_time / points.moment
+    return points.along_time / points.time_per_radian

@@ -248,7 +248,7 @@ def _oriented_in_time(points: CurvePoints) -> CurvePoints:
     sense = np.where(points.along_time < 0, -1.0, 1.0)
     if len(points) > 1:
         for end, beside in ((0, 1), (-1, -2)):
-            if abs(points.along_time[end]) < 1e-6 * points.moment[end]:
+            if abs(points.along_time[end]) < 1e-6 * points.time_per_radian[end]:
                 sense[end] = np.sign((points.along[end] * points.along[beside]).sum()) * sense[beside]
     values = vars(points) | {"along": points.along * sense[:, None], "along_time": points.along_time * sense}
     return CurvePoints(**values)

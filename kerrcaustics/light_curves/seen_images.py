@@ -123,8 +123,8 @@ def _on_curve(
 def _span(point: CurvePoints, first: CurvePoints, second: CurvePoints, way: Float[Array, " n"]) -> Float[Array, " n"]:
     """The distance between neighbours in steps of the curve, at one of them."""
     return np.sqrt(
-        (way**2 + ((second.time - first.time) / point.moment * _per_radian(point)) ** 2)
-        / (lengths(point.along) ** 2 + (point.along_time / point.moment * _per_radian(point)) ** 2)
+        (way**2 + ((second.time - first.time) / point.time_per_radian * _per_radian(point)) ** 2)
+        / (lengths(point.along) ** 2 + (point.along_time / point.time_per_radian * _per_radian(point)) ** 2)
     )
 
 

@@ -17,7 +17,7 @@ from kerrcaustics.images.images import star_images
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.shapes import Complex, Float
 from kerrcaustics.spacetime.sphere import lengths, moved, polar_angle
-from kerrcaustics.waves.summed_images import field_in_pairs, gaps
+from kerrcaustics.waves.summed_images import delays_to_next, field_in_pairs
 from kerrcaustics.waves.uniform import cusp_field, cusp_parameters, fold_field, fold_parameters
 from kerrcaustics.waves.wave_images import WaveImages, wave_images
 from kerrcaustics.waves.wave_sources import WaveSource
@@ -25,17 +25,17 @@ from kerrcaustics.waves.wave_sources import WaveSource
 Array = np.ndarray
 
 NEAR = 1e-3
-"""Distance from a caustic, by its size, below which the images of a star itself are of no use."""
+"""Distance from a caustic, in units of its size, below which the images of a star itself are of no use."""
 FARTHEST_CONTINUED = 0.1
 """The same up to which images are continued."""
-# Distances of the stars in the row beyond the caustic, by that of the last: Chebyshev's places.
+# Distances of the stars in the row beyond the caustic, in units of that of the last: Chebyshev nodes.
 _STARS = (1.35 + 0.65 * chebyshev.chebpts1(5)) / 2
-# Least length of the row of stars, by the size of the caustic.
-_REACH = 0.02
-# Least length of the row, by the distance of the star from the caustic.
-_BEYOND = 3.0
+# Least length of the row of stars, in units of the size of the caustic.
+_LEAST_ROW_BY_SIZE = 0.02
+# Least length of the row, in units of the distance of the star from the caustic.
+_LEAST_ROW_BY_DISTANCE = 3.0
 # Factors of the length, tried one after another.
-_LENGTHS = (1.0, 3.0, 9.0, 1 / 3, 1 / 9, 1 / 27)
+_ROW_FACTORS = (1.0, 3.0, 9.0, 1 / 3, 1 / 9, 1 / 27)
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class ContinuedRing:
     index: the Morse indices that the field needs: the lower one of a pair; of three those of the middle and the others.
     parameters: those of `fold_field` or `cusp_field`.
     rest: the others, those from fewer stars second.
-    beside: all images of the nearest star of the row.
+    nearest_images: all images of the nearest star of the row.
     ring: those of the ring, in their order round the hole, beginning with the two or three.
     reach: distance of the last star of the row.
     """
@@ -57,21 +57,25 @@ class ContinuedRing:
     index: tuple[int, ...]
     parameters: Float[Array, "2 parameters"]
     rest: tuple[WaveImages, WaveImages]
-    beside: WaveImages
+    nearest_images: WaveImages
     ring: WaveImages
     reach: float
 
-    def waves(
-        self, omega: Float[Array, " frequencies"], share: Float[Array, " frequencies"]
+    def field(
+        self, omega: Float[Array, " frequencies"], relative_error: Float[Array, " frequencies"]
     ) -> tuple[Complex[Array, " frequencies"], Float[Array, " frequencies"]]:
-        """The field and its error; share: that of a uniform field by its size."""
+        """The field and its error; relative_error: that of a uniform field."""
         (value, size), (fewer, _) = (self._uniform_field(omega, row) for row in self.parameters)
         one, other = (rest.field(omega) for rest in self.rest)
         meeting = self.ring[: _MEETING[self.method]]
         more, unsure = field_in_pairs(
-            meeting.joined(self.rest[0]), np.arange(len(self.ring)) < len(meeting), omega, share
+            meeting.joined(self.rest[0]), np.arange(len(self.ring)) < len(meeting), omega, relative_error
         )
-        error = share * np.maximum(size, np.abs(value)) + np.abs(value + one - fewer - other) + meeting.error(omega)
+        error = (
+            relative_error * np.maximum(size, np.abs(value))
+            + np.abs(value + one - fewer - other)
+            + meeting.error(omega)
+        )
         return value + more, error + unsure
 
     def _uniform_field(
@@ -87,7 +91,7 @@ _MEETING = {"fold": 2, "cusp": 3}
 
 def meeting_images(ring: WaveImages, method: str) -> WaveImages:
     """The images of a ring, beginning with the two or three neighbours that are closest in time."""
-    gap = gaps(ring)
+    gap = delays_to_next(ring)
     first = int(gap.argmin()) if method == "fold" else int(np.maximum(gap, np.roll(gap, -1)).argmin())
     return ring[np.roll(np.arange(len(ring)), -first)]
 
@@ -116,13 +120,13 @@ def continued_ring(source: WaveSource, sheets: Sheets, order: int, max_index: in
     # At a cusp the caustic turns: points beside the nearest one tell its direction.
     points = polygon.curve.points.joined(polygon.winding(_foot(polygon.curve.points, star)[None]).points)
     along = points.major[lengths(points.direction - star).argmin()]
-    ways = np.array([along, -along, np.cross(star, along), -np.cross(star, along)])
-    ways -= (ways @ star)[:, None] * star
-    ways /= lengths(ways)[:, None]
-    for length in _LENGTHS:
-        steps = nearest + length * max(_REACH * size, _BEYOND * nearest) * _STARS
-        places = np.array([moved(np.tile(star, (len(steps), 1)), steps[:, None] * way) for way in ways])
-        method, way = _side(sheets, order, places)
+    directions = np.array([along, -along, np.cross(star, along), -np.cross(star, along)])
+    directions -= (directions @ star)[:, None] * star
+    directions /= lengths(directions)[:, None]
+    for length in _ROW_FACTORS:
+        steps = nearest + length * max(_LEAST_ROW_BY_SIZE * size, _LEAST_ROW_BY_DISTANCE * nearest) * _STARS
+        places = np.array([moved(np.tile(star, (len(steps), 1)), steps[:, None] * way) for way in directions])
+        method, way = _method_and_row(sheets, order, places)
         ring = _continued(source, order, max_index, method, places[way]) if method else None
         if ring is not None:
             return ring
@@ -144,7 +148,7 @@ def _size(points: Points) -> float:
     return float(lengths(points.direction - points.direction.mean(axis=0)).max())
 
 
-def _side(sheets: Sheets, order: int, places: Float[Array, "4 stars 3"]) -> tuple[str, int]:
+def _method_and_row(sheets: Sheets, order: int, places: Float[Array, "4 stars 3"]) -> tuple[str, int]:
     """The method, and the row with two more images than others; an empty word if there is none.
 
     places: stars in rows along the caustic and across it, to both sides of each. Beside a fold the rows across differ,
@@ -177,7 +181,7 @@ def _continued(
         return None
     rings = [meeting_images(waves.ring(order), method) for waves in beside]
     alike = all(ring.index.tolist() == rings[0].index.tolist() for ring in rings)
-    if not alike or not np.isfinite(gaps(rings[0])[: _MEETING[method] - 1]).all():
+    if not alike or not np.isfinite(delays_to_next(rings[0])[: _MEETING[method] - 1]).all():
         return None
     found = [meeting_parameters(ring, method) for ring in rings]
     away = lengths(places - source.star)

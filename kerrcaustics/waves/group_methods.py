@@ -13,7 +13,7 @@ from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.waves.continuation import ContinuedRing, meeting_images, meeting_parameters
 from kerrcaustics.waves.dark_sides import error_beyond_caustic, error_beyond_gap, nearest_is_hidden
 from kerrcaustics.waves.ring_integral import NearestCurve, next_order
-from kerrcaustics.waves.summed_images import apart_error, error_of_images, field_in_pairs, summed_error
+from kerrcaustics.waves.summed_images import field_in_pairs, image_sum_error, ring_sum_error, separate_error
 from kerrcaustics.waves.uniform import cusp_field, ring_pair
 from kerrcaustics.waves.wave_images import WaveImages
 
@@ -91,7 +91,7 @@ class ImageGroup:
         """The error where the images belong to two other groups, which sum them."""
         if self.near:
             return np.full(len(omega), float(self.ring.amplitude.sum()))
-        apart = summed_error(self.calm, omega) * self._astroid_factor + summed_error(self.others, omega)
+        apart = ring_sum_error(self.calm, omega) * self._astroid_factor + ring_sum_error(self.others, omega)
         return apart + self._beyond_caustic(omega)
 
     def _fields(self, omega: Float[Array, " frequencies"]) -> dict[str, Field]:
@@ -106,12 +106,12 @@ class ImageGroup:
         elif not self.near and count == 2 and (self.curve is None or hidden or self.curve.is_slow(omega).any()):
             fields["ring"] = self._as_ring(omega, share)
         if self.continued is not None:
-            value, error = self.continued.waves(omega, share)
+            value, error = self.continued.field(omega, share)
             error = error + self._beyond_caustic(omega, reach=self.continued.reach)
             fields[self.continued.method] = _better(fields.get(self.continued.method), (value, error))
         if count:
             fields["images"] = self._as_images(omega, fields)
-        more, unsure = self.others.field(omega), apart_error(self.others, omega)
+        more, unsure = self.others.field(omega), image_sum_error(self.others, omega)
         return {
             name: (np.nan_to_num(value) + more, np.nan_to_num(error, nan=math.inf, posinf=math.inf) + unsure)
             for name, (value, error) in fields.items()
@@ -165,7 +165,7 @@ class ImageGroup:
         """The sum of images; next to a caustic its difference from a finite field is part of the error."""
         value = self.ring.field(omega)
         if not self.near:
-            error = summed_error(self.ring, omega) * self._astroid_factor + error_of_images(self.ring, omega)
+            error = ring_sum_error(self.ring, omega) * self._astroid_factor + separate_error(self.ring, omega)
             return value, error + self._beyond_caustic(omega)
         error = np.full(len(omega), 2 * float(self.ring.amplitude.sum())) + self.ring.error(omega)
         for finite, off in fields.values():

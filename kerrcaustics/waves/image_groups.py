@@ -19,7 +19,7 @@ from kerrcaustics.waves.dark_sides import nearest_is_hidden
 from kerrcaustics.waves.group_methods import GroupField, ImageGroup
 from kerrcaustics.waves.nearest_curve import FARTHEST, nearest_curve
 from kerrcaustics.waves.ring_integral import NearestCurve
-from kerrcaustics.waves.summed_images import error_of_images, left_out
+from kerrcaustics.waves.summed_images import omitted_amplitude, separate_error
 from kerrcaustics.waves.wave_images import WaveImages
 from kerrcaustics.waves.wave_sources import WaveSource
 
@@ -69,7 +69,7 @@ class _Groups:
         brightest = np.argmax([np.abs(part.value) for part in parts], axis=0)
         return WaveField(
             np.sum([part.value for part in parts], axis=0),
-            error + min(left_out(self.waves, last), left_out(self.calm, last)),
+            error + min(omitted_amplitude(self.waves, last), omitted_amplitude(self.calm, last)),
             np.array([parts[part].method[i] for i, part in enumerate(brightest.tolist())]),
             frozenset(
                 group.order for group, part in zip(used, parts[first - 1 :], strict=True) if "images" not in part.method
@@ -106,7 +106,7 @@ def _groups(source: WaveSource, waves: WaveImages, max_index: int, method: str) 
         if part < NEAR or (beside and part < FARTHEST_CONTINUED and without and method != "images"):
             continued[order] = continued_ring(source, sheets, order, min(max_index + 1, HIGHEST_INDEX))
     near = {order for order, part in enumerate(away, 1) if part < NEAR}
-    calm = next((ring.beside for order, ring in continued.items() if ring is not None and order in near), waves)
+    calm = next((ring.nearest_images for order, ring in continued.items() if ring is not None and order in near), waves)
     groups = []
     for order in range(1, max_index + 2):
         curve, ring = curves.get(order), waves.ring(order)
@@ -149,4 +149,4 @@ def _curve(source: WaveSource, sheets: Sheets, order: int) -> NearestCurve | Non
 
 def _separate_images(waves: WaveImages, omega: Float[Array, " frequencies"]) -> GroupField:
     """Images that belong to no pair."""
-    return GroupField(waves.field(omega), error_of_images(waves, omega), ("images",) * len(omega))
+    return GroupField(waves.field(omega), separate_error(waves, omega), ("images",) * len(omega))

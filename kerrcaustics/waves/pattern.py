@@ -31,7 +31,7 @@ from kerrcaustics.waves.dark_sides import error_beyond_gap
 from kerrcaustics.waves.group_methods import ring_error
 from kerrcaustics.waves.nearest_curve import curves_with_gap, nearest_curve
 from kerrcaustics.waves.ring_integral import NearestCurve, resampled
-from kerrcaustics.waves.summed_images import apart_error, left_out, summed_error
+from kerrcaustics.waves.summed_images import image_sum_error, omitted_amplitude, ring_sum_error
 from kerrcaustics.waves.wave_images import WaveImages, wave_images
 from kerrcaustics.waves.wave_sources import WaveSource
 
@@ -163,7 +163,7 @@ def diffraction_pattern(
     split = [waves.ring(order) for order in range(1 + nearest % 2, highest + 2, 2)]
     whole.error += _error_of_sums(free, steady, split, at_once)
     fleeting = max(float(np.minimum(part.amplitude[~np.isin(part.index, steady)], 1.0).sum()) for part in free)
-    whole.error += fleeting + left_out(waves, last)
+    whole.error += fleeting + omitted_amplitude(waves, last)
     return DiffractionPattern(
         camera=viewer,
         surface=SKY,
@@ -277,8 +277,8 @@ def _error_of_sums(
     free: list[WaveImages], steady: list[int], split: list[WaveImages], omega: Float[Array, " 1"]
 ) -> float:
     """The error of images that belong to no ring, and of neighbours that belong to two, which are summed."""
-    alone = max(float(apart_error(part[np.isin(part.index, steady)], omega)[0]) for part in free)
-    return alone + sum(float(summed_error(ring, omega)[0]) for ring in split)
+    alone = max(float(image_sum_error(part[np.isin(part.index, steady)], omega)[0]) for part in free)
+    return alone + sum(float(ring_sum_error(ring, omega)[0]) for ring in split)
 
 
 def _gap_error(

@@ -14,14 +14,16 @@ Array = np.ndarray
 # Error times the frequency, in parts of the field, of separate images.
 _OF_IMAGES = 0.01
 AT_FOLD = 0.14
-"""Error of two images as a sum, by the inverse phase between them, at a fold."""
-# The same on a ring, and the share of the next order.
-_ON_RING, _NEXT_ORDER = 0.18, 0.7
+"""Error of the sum of two images at a fold, in units of their amplitude, times half the phase between them."""
+# The same on a ring.
+_ON_RING = 0.18
+# Coefficient of the next order in the inverse phase.
+_NEXT_ORDER = 0.7
 # The most by which a sum of two images is wrong, in parts of both amplitudes: next to a caustic they grow without
 # limit, and their uniform field does not.
 _MOST = 1.0
-# The amplitude of many images of one index, by the root of the sum of squares.
-_IN_PHASE = 2.0
+# Largest amplitude of many images of one index, in units of the root of the sum of their squares.
+_LARGEST_COHERENCE = 2.0
 # Least ratio of the amplitude of an index to that of two before, whose images lie on the same side.
 _LEAST_RATIO = 0.05
 # Largest ratio of these amplitudes.
@@ -29,41 +31,41 @@ _LARGEST_RATIO = 0.8
 # Ratio of the amplitude of all higher indices to that of the highest one where no more is known.
 _UNKNOWN_RATIO = 0.75
 # Factors of the extrapolated rest: where indices have the same number of images, and where the number grows.
-_UNSURE = (1.25, 2.5)
+_SAFETY_FACTORS = (1.25, 2.5)
 # Factor of the whole where stars are within caustics.
-_MORE = 1.3
+_CAUSTIC_FACTOR = 1.3
 
 
-def error_of_images(waves: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+def separate_error(waves: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
     """The error of images that lie apart."""
     return _OF_IMAGES / omega * float(waves.amplitude.sum()) + waves.error(omega)
 
 
-def summed_error(ring: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+def ring_sum_error(ring: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
     """The error of neighbours on a ring as a sum."""
-    return error_of_pairs(ring, gaps(ring), omega, _ON_RING / 2 if len(ring) == 2 else AT_FOLD)
+    return pair_sum_error(ring, delays_to_next(ring), omega, _ON_RING / 2 if len(ring) == 2 else AT_FOLD)
 
 
-def apart_error(images: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+def image_sum_error(images: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
     """The error of images as a sum."""
-    return summed_error(images, omega) + error_of_images(images, omega)
+    return ring_sum_error(images, omega) + separate_error(images, omega)
 
 
-def gaps(ring: WaveImages) -> Float[Array, " images"]:
+def delays_to_next(ring: WaveImages) -> Float[Array, " images"]:
     """Times between each image and the next on the ring, infinite where these are no pair."""
     following = np.roll(np.arange(len(ring)), -1)
     return np.where(ring.index != ring.index[following], np.abs(ring.time - ring.time[following]), math.inf)
 
 
-def error_of_pairs(
-    ring: WaveImages, gap: Float[Array, " images"], omega: Float[Array, " frequencies"], share: float
+def pair_sum_error(
+    ring: WaveImages, gap: Float[Array, " images"], omega: Float[Array, " frequencies"], coefficient: float
 ) -> Float[Array, " frequencies"]:
-    """The error of neighbours with finite gaps as sums, by the phase between both."""
+    """The error of neighbours with finite delays_to_next as sums, by the phase between both."""
     pairs = np.isfinite(gap)
     one, other = ring.amplitude[pairs], np.roll(ring.amplitude, -1)[pairs]
-    chi = gap[pairs][:, None] * omega / 2
+    half_phase = gap[pairs][:, None] * omega / 2
     with np.errstate(divide="ignore", over="ignore"):
-        off = np.sqrt(one * other)[:, None] * share / chi * (1 + _NEXT_ORDER / chi)
+        off = np.sqrt(one * other)[:, None] * coefficient / half_phase * (1 + _NEXT_ORDER / half_phase)
     return np.minimum(off, _MOST * (one + other)[:, None]).sum(axis=0)
 
 
@@ -71,15 +73,15 @@ def field_in_pairs(
     ring: WaveImages,
     taken: Bool[Array, " images"],
     omega: Float[Array, " frequencies"],
-    share: Float[Array, " frequencies"],
+    relative_error: Float[Array, " frequencies"],
 ) -> tuple[Complex[Array, " frequencies"], Float[Array, " frequencies"]]:
     """The field of images of a ring and its error: of neighbours, the closest in time first, as pairs beside folds.
 
     At frequencies at which the error of the sum is smaller, both are summed, as are those that are in no pair.
 
-    taken: True for neighbours whose field is known; share: the error of a pair by its size.
+    taken: True for neighbours whose field is known; relative_error: that of the field of a pair.
     """
-    gap, free = gaps(ring), ~taken
+    gap, free = delays_to_next(ring), ~taken
     gap[taken & np.roll(taken, -1)] = math.inf
     # Of two images alone there is one pair, not two.
     gap[len(gap) - (len(gap) == 2) :] = math.inf
@@ -89,31 +91,31 @@ def field_in_pairs(
         if math.isfinite(gap[first]) and free[both].all():
             free[both] = False
             pair = ring[both][np.argsort(ring.time[both])]
-            here, off = _pair(pair, omega, share)
+            here, off = _pair(pair, omega, relative_error)
             value, error, gap[first] = value + here, error + off, math.inf
     rest = ring[free]
-    split_error = error_of_pairs(ring, gap, omega, AT_FOLD)
-    return value + rest.field(omega), error + error_of_images(rest, omega) + split_error
+    split_error = pair_sum_error(ring, gap, omega, AT_FOLD)
+    return value + rest.field(omega), error + separate_error(rest, omega) + split_error
 
 
 def _pair(
-    pair: WaveImages, omega: Float[Array, " frequencies"], share: Float[Array, " frequencies"]
+    pair: WaveImages, omega: Float[Array, " frequencies"], relative_error: Float[Array, " frequencies"]
 ) -> tuple[Complex[Array, " frequencies"], Float[Array, " frequencies"]]:
     """The field of two images, the earlier one first, and its error, with Airy functions or without."""
     value, size = fold_field(omega, int(pair.index.min()), fold_parameters(pair.time, pair.amplitude))
-    error = np.nan_to_num(share * np.maximum(np.abs(value), size) + pair.error(omega), nan=math.inf)
+    error = np.nan_to_num(relative_error * np.maximum(np.abs(value), size) + pair.error(omega), nan=math.inf)
     gap = np.array([np.ptp(pair.time), math.inf])
-    summed = error_of_pairs(pair, gap, omega, AT_FOLD) + error_of_images(pair, omega)
+    summed = pair_sum_error(pair, gap, omega, AT_FOLD) + separate_error(pair, omega)
     return np.where(error < summed, value, pair.field(omega)), np.minimum(error, summed)
 
 
-def left_out(waves: WaveImages, last: int) -> float:
+def omitted_amplitude(waves: WaveImages, last: int) -> float:
     """The amplitude of all images of higher index than the last, as it falls from index to index."""
     amplitude = np.nan_to_num(waves.amplitude, posinf=0)
     sums, squares = (np.bincount(waves.index, amplitude**power, HIGHEST_INDEX + 2) for power in (1, 2))
     # Of many images the phases differ.
     roots = np.sqrt(squares)
-    sums = np.minimum(sums, _IN_PHASE * roots)
+    sums = np.minimum(sums, _LARGEST_COHERENCE * roots)
     known = np.flatnonzero(sums)
     if not len(known):
         return 0.0
@@ -125,8 +127,8 @@ def left_out(waves: WaveImages, last: int) -> float:
         size = roots if grows else sums
         ratio = min(size[highest] / size[highest - 2], _LARGEST_RATIO) if size[highest - 2] > 0 else _LARGEST_RATIO
         later = max(ratio, _LEAST_RATIO)
-        beyond = _UNSURE[int(grows)] * (ratio * sums[highest - 1] + later * sums[highest]) / (1 - later)
+        beyond = _SAFETY_FACTORS[int(grows)] * (ratio * sums[highest - 1] + later * sums[highest]) / (1 - later)
         # Within a caustic images are brighter than those of the next indices can be.
         beyond = min(beyond, sums[highest - 1] + sums[highest])
     within_caustic = count.max() > 1
-    return (_MORE if within_caustic else 1.0) * float(sums[last + 1 : highest + 1].sum() + beyond)
+    return (_CAUSTIC_FACTOR if within_caustic else 1.0) * float(sums[last + 1 : highest + 1].sum() + beyond)

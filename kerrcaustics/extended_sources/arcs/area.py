@@ -1,11 +1,11 @@
-"""Light within arcs on a viewer's sky, by Green's theorem, component by component.
+"""Weighted areas within arcs on a viewer's sky, by Green's theorem, component by component.
 
 Each connected boundary has a separate origin, so that small images keep their digits: in Lambert's equal-area plane
 about it the area is half the integral of x dy - y dx along the boundary. A screen is such a plane itself.
 
 On a sphere a closed curve has two sides. The measured side excludes the direction opposite to the hole. So the area of
-boundaries that run round the hole clockwise once more than anticlockwise lacks the whole sky (`total`); boundaries
-that run so anticlockwise enclose the direction to the hole, as those of a sphere in front of it do.
+boundaries that run round the hole clockwise once more than anticlockwise lacks the whole sky, which `boundaries` adds;
+boundaries that run so anticlockwise enclose the direction to the hole, as those of a sphere in front of it do.
 """
 
 import math
@@ -61,21 +61,21 @@ class Boundary:
 
     arcs: Numbers of its arcs.
     points: Places of the nodes of each arc and of both its ends.
-    light: Integrals over the area of the weight, and of the weight times the place; negative for holes and inner edges.
+    integrals: Integrals over the area of the weight, and of the weight times the place; negative for inner edges.
     error: Error of the first integral.
     turns: Turns about the hole, with the image to the left.
     """
 
     arcs: Int[Array, " arcs"]
     points: Float[Array, "arcs nodes axes"]
-    light: Float[Array, " columns"]
+    integrals: Float[Array, " columns"]
     error: float
     turns: int
 
     @property
     def area(self) -> float:
         """The weighted area."""
-        return float(self.light[0])
+        return float(self.integrals[0])
 
 
 def components(arcs: BoundaryArcs) -> list[Int[Array, " _"]]:
@@ -112,32 +112,32 @@ def boundaries(
     """
     brightest = 1.0 if weight is None else weight(points).max(axis=1)
     parts = components(arcs)
-    loops = [_Bound(points[chosen], sign[chosen], hole) for chosen in parts]
+    loops = [_BoundaryIntegral(points[chosen], sign[chosen], hole) for chosen in parts]
     # Where boundaries turn about the hole backward in all, the images lie round the direction opposite to it.
-    around = -min(0, sum(bound.turns for bound in loops)) if len(hole) == 3 else 0
+    missing = -min(0, sum(bound.turns for bound in loops)) if len(hole) == 3 else 0
     bounds = []
     for chosen, bound in zip(parts, loops, strict=True):
-        share = min(around, max(0, -bound.turns))
-        around -= share
+        skies = min(missing, max(0, -bound.turns))
+        missing -= skies
         off = float((error * brightest)[chosen].sum())
-        bounds.append(Boundary(chosen, points[chosen], bound.light(weight, share), off, bound.turns))
+        bounds.append(Boundary(chosen, points[chosen], bound.integrals(weight, skies), off, bound.turns))
     return bounds
 
 
 def total(bounds: Sequence[Boundary], axes: int) -> tuple[Float[Array, " columns"], float]:
-    """The light within some boundaries, and the error of the first column; axes: number of coordinates."""
-    light = np.sum([np.zeros(axes + 1), *(one.light for one in bounds)], axis=0)
-    return light, sum(one.error for one in bounds)
+    """The sums of the integrals of some boundaries, and the error of the first column; axes: number of coordinates."""
+    integrals = np.sum([np.zeros(axes + 1), *(one.integrals for one in bounds)], axis=0)
+    return integrals, sum(one.error for one in bounds)
 
 
 def closed(arcs: BoundaryArcs, sign: Float[Array, " arcs"]) -> bool:
     """True if, with the image to the left, as many arcs arrive at every node as leave it, all at one place."""
     most = 1 + max(arcs.left.max(), arcs.right.max())
-    even = (np.bincount(arcs.left, sign, most) == np.bincount(arcs.right, sign, most)).all()
+    balanced = (np.bincount(arcs.left, sign, most) == np.bincount(arcs.right, sign, most)).all()
     ends = np.concatenate([arcs.start, arcs.stop])
     size = lengths(np.diff(with_ends(arcs.start, arcs.points, arcs.stop), axis=1)).sum(axis=1)
     gap = lengths(at_nodes(arcs.left, arcs.right, ends) - ends)
-    return bool(even and (gap <= _WIDEST_GAP * np.tile(size, 2)).all())
+    return bool(balanced and (gap <= _WIDEST_GAP * np.tile(size, 2)).all())
 
 
 def seen_points(sky: SearchSky, arcs: BoundaryArcs) -> tuple[Float[Array, "arcs nodes axes"], Float[Array, " arcs"]]:
@@ -208,7 +208,7 @@ def turns_about(place: Float[Array, " axes"], points: Float[Array, "arcs nodes a
     return steps.sum(axis=1) / (2 * math.pi)
 
 
-class _Bound:
+class _BoundaryIntegral:
     """A connected boundary: places (arcs, nodes with both ends, axes), the side of the image, and the hole."""
 
     def __init__(self, points: Array, sign: Array, hole: Array) -> None:
@@ -226,7 +226,7 @@ class _Bound:
             # An origin opposite to the hole gives the area of the other side.
             self._beyond = 0 if side > 0 else self.turns
 
-    def light(self, weight: Weight | None, skies: int) -> Array:
+    def integrals(self, weight: Weight | None, skies: int) -> Array:
         """Integrals of the weight, and of the weight times the place, over the area and a number of whole skies.
 
         Both are averaged along the rays from the origin, by Gauss's rule.
@@ -259,7 +259,7 @@ class _Bound:
 
         The ends of the polynomials are joined to the nodes by straight steps.
         """
-        x, y = np.moveaxis(self._flat(self._points), -1, 0)
+        x, y = np.moveaxis(self._lambert(self._points), -1, 0)
         inner_x, inner_y = x[:, 1:-1], y[:, 1:-1]
         swept = (inner_x * (inner_y @ DERIVATIVE.T) - inner_y * (inner_x @ DERIVATIVE.T)) * WEIGHTS
         (x_0, x_1), (y_0, y_1) = ((inner @ AT_ENDS.T).T for inner in (inner_x, inner_y))
@@ -267,7 +267,7 @@ class _Bound:
         last = x_1 * y[:, -1] - y_1 * x[:, -1]
         return np.concatenate([first[:, None], swept, last[:, None]], axis=1) / 2
 
-    def _flat(self, points: Array) -> Array:
+    def _lambert(self, points: Array) -> Array:
         """Coordinates in which areas are true, right-handed with the tangents of the sky."""
         if points.shape[-1] == 2:
             return (points - self._origin)[..., ::-1]

@@ -28,7 +28,7 @@ class DiscImages:
     error: Error of the area.
     shares: Area by index.
     share_errors: Errors of the shares.
-    moment: Integral of the place over the images.
+    first_moment: Integral of the place over the images.
     remarks: One for each doubt, none if certified.
     """
 
@@ -42,7 +42,7 @@ class DiscImages:
     error: float
     shares: Float[Array, " indices"]
     share_errors: Float[Array, " indices"]
-    moment: Float[Array, " axes"]
+    first_moment: Float[Array, " axes"]
     remarks: tuple[str, ...]
 
     @property
@@ -73,7 +73,7 @@ class DiscImages:
             error=max(low.error, high.error) + abs(high.area - low.area) / 2,
             shares=(low.shares + high.shares) / 2,
             share_errors=np.maximum(low.share_errors, high.share_errors) + np.abs(high.shares - low.shares) / 2,
-            moment=(low.moment + high.moment) / 2,
+            first_moment=(low.first_moment + high.first_moment) / 2,
         ).uncertified_unless_known()
 
 
@@ -106,8 +106,8 @@ def summed(
         (shares[k], *_), share_errors[k] = total(bounded(signs(k)), len(seen_hole))
     sign = signs(None)
     bounds = bounded(sign)
-    light, off = total(bounds, len(seen_hole))
-    adds_up = abs(shares.sum() - light[0]) <= share_errors.sum() + off
+    integrals, off = total(bounds, len(seen_hole))
+    adds_up = abs(shares.sum() - integrals[0]) <= share_errors.sum() + off
     chosen = sign != 0
     return DiscImages(
         angle=disc[0],
@@ -116,11 +116,11 @@ def summed(
         points=points[chosen],
         sign=sign[chosen],
         boundaries=bounds,
-        area=float(light[0]),
+        area=float(integrals[0]),
         error=off,
         shares=shares,
         share_errors=share_errors,
-        moment=light[1:],
+        first_moment=integrals[1:],
         remarks=() if adds_up else ("the shares of all Morse indices do not add up to the whole",),
     )
 

@@ -99,7 +99,7 @@ def _polynomials(
 ) -> tuple[ChartArcs, Float[Array, " steps"], Float[Array, " steps"], Float[Array, "steps 2"]]:
     """Arcs along steps, their distances from the curve and its own errors, as areas, and places in the middle."""
     places = np.tile(_PLACES, (len(steps), 1))
-    curve = on_curves(chart, steps.axes, steps.start, steps.stop, places, steps.order, steps.rising)
+    curve = on_curves(chart, steps.axes, steps.start, steps.stop, places, steps.order, steps.disc_side)
     sky = curve.rays.sky.reshape(*places.shape, 3)
     points, check = sky[:, : len(NODES)], sky[:, len(NODES) : -1]
     size = lengths(arc_values(DERIVATIVE, points)) @ WEIGHTS
@@ -117,7 +117,7 @@ def _polynomials(
 
 def _side(chart: DiscChart, steps: ContourSteps, slope: Float[Array, "steps parts"]) -> Float[Array, " steps"]:
     """1 where the disc, or the images of lower index, lie to the left of a step on the chart, else -1."""
-    rising = np.where(steps.rising == 0, np.sign(np.median(slope, axis=1)), steps.rising)
+    rising = np.where(steps.disc_side == 0, np.sign(np.median(slope, axis=1)), steps.disc_side)
     parity = chart.parity * (1.0 - 2 * ((steps.order - 1) % 2))
     return np.where(steps.order == LIMB, -rising, parity * rising)
 
@@ -140,7 +140,7 @@ def extremes(chart: DiscChart, outline: Contours) -> Float[Array, " extremes"]:
     if not len(steps):
         return np.empty(0)
     parts = np.tile((1 + _EXTREME_NODES) / 2, (len(steps), 1))
-    rays = on_curves(chart, steps.axes, steps.start, steps.stop, parts, steps.order, steps.rising).rays
+    rays = on_curves(chart, steps.axes, steps.start, steps.stop, parts, steps.order, steps.disc_side).rays
     distance = chart.disc.distance(rays.place).reshape(parts.shape)
     values = []
     for row in chebyshev.chebfit(_EXTREME_NODES, distance.T, len(_EXTREME_NODES) - 1).T:

@@ -28,10 +28,11 @@ GIVEN_UP = f"the limb and the critical curves need more than {MOST_RAYS} rays, a
 _TURN = 2 * math.pi
 # Most cells of a group.
 _MOST_CELLS = 20_000
-# Most cells over the chart in one direction: numbers of cells stay exact.
+# Most cells over the chart in one direction: their numbers are exact in floating point.
 _FINEST = 1 << 48
 # Times that cells are halved again because curves in them are in doubt.
 _MOST_RETRIES = 3
+# Accuracy of crossings of the limb with sides, as a part of the side.
 _TIGHT = {"absolute": 1e-15, "relative": 1e-15}
 
 
@@ -60,7 +61,7 @@ class ContourSteps(Rows):
     left, right: Numbers of the nodes at both ends.
     start, stop: Places of the nodes on the chart; their edge phases differ by at most a cell.
     axes: Rows, both sides of the cell on the chart.
-    rising: 1 if the disc lies to the right of the limb, -1 if to the left, 0 along critical curves.
+    disc_side: 1 if the disc lies to the right of the limb, -1 if to the left, 0 along critical curves.
     """
 
     order: Int[Array, " steps"]
@@ -70,7 +71,7 @@ class ContourSteps(Rows):
     start: Float[Array, "steps 2"]
     stop: Float[Array, "steps 2"]
     axes: Float[Array, "steps 2 2"]
-    rising: Float[Array, " steps"]
+    disc_side: Float[Array, " steps"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,8 +100,8 @@ def contours(chart: DiscChart) -> Contours:
             parts.append(Contours(_no_nodes(), _no_steps(), (GIVEN_UP,)))
             break
         for grid, directions in grids.pop().groups():
-            fine = len(grid.cells) <= _MOST_CELLS and grid.count.max() <= _FINEST
-            if not fine:
+            within_limits = len(grid.cells) <= _MOST_CELLS and grid.count.max() <= _FINEST
+            if not within_limits:
                 parts.append(Contours(_no_nodes(), _no_steps(), ("the limb is too long to be followed",)))
             elif directions.any():
                 grid.halve(directions)
@@ -207,29 +208,31 @@ def _roots(chart: DiscChart, low: Array, step: Array, field: str) -> Float[Array
 def _steps(grid: ChartGrid, crossed: _SideCrossings) -> tuple[ContourSteps, tuple[str, ...]]:
     """Steps within cells, and remarks."""
     nodes, highest = crossed.nodes, grid.chart.max_index
-    cell, left, right, cut = _pairs(grid, crossed.limb)
+    cell, left, right, corner_beside = _pairs(grid, crossed.limb)
     first, second = nodes.index[left], nodes.index[right]
-    used = np.minimum(first, second) <= highest
+    requested = np.minimum(first, second) <= highest
     base = grid.place(grid.cells[cell])
     ends = [_unwrapped(base, nodes.place[i]) for i in (left, right)]
-    rising = _rising(grid, cell, ends, cut)
-    along = ContourSteps(np.zeros(len(cell), int), first, left, right, ends[0], ends[1], _sized(grid, cell), rising)
-    bent = np.flatnonzero(used & (np.abs(first - second) == 1))
-    place = limb_folds(grid.chart, _sized(grid, bent), ends[0][bent], ends[1][bent], rising[bent])
-    event = len(nodes.order) + np.arange(len(bent))
-    steps = along[used & (first == second)].joined(
-        replace(along[bent], right=event, stop=place),
-        replace(along[bent], index=second[bent], left=event, start=place),
+    disc_side = _disc_side(grid, cell, ends, corner_beside)
+    along = ContourSteps(
+        np.zeros(len(cell), int), first, left, right, ends[0], ends[1], _cell_sides(grid, cell), disc_side
     )
-    here = _OnCurve(cell[bent], np.maximum(first, second)[bent], event, place)
+    folded = np.flatnonzero(requested & (np.abs(first - second) == 1))
+    place = limb_folds(grid.chart, _cell_sides(grid, folded), ends[0][folded], ends[1][folded], disc_side[folded])
+    event = len(nodes.order) + np.arange(len(folded))
+    steps = along[requested & (first == second)].joined(
+        replace(along[folded], right=event, stop=place),
+        replace(along[folded], index=second[folded], left=event, start=place),
+    )
+    here = _CriticalNodes(cell[folded], np.maximum(first, second)[folded], event, place)
     critical, doubts = _critical(grid, crossed, here)
-    if lost := int((used & (np.abs(first - second) > 1)).sum()):
+    if lost := int((requested & (np.abs(first - second) > 1)).sum()):
         doubts = (*doubts, f"{lost} steps along the limb between images whose indices differ by more than one")
     return steps[steps.index <= highest].joined(critical), doubts
 
 
 @dataclass(frozen=True)
-class _OnCurve(Rows):
+class _CriticalNodes(Rows):
     """Nodes of critical curves, by cell and order: their numbers and places."""
 
     cell: Int[Array, " nodes"]
@@ -238,7 +241,7 @@ class _OnCurve(Rows):
     place: Float[Array, "nodes 2"]
 
 
-def _sized(grid: ChartGrid, cell: Int[Array, " n"]) -> Float[Array, "n 2 2"]:
+def _cell_sides(grid: ChartGrid, cell: Int[Array, " n"]) -> Float[Array, "n 2 2"]:
     """The sides of cells."""
     return np.tile(grid.axes, (len(cell), 1, 1))
 
@@ -271,26 +274,29 @@ def _pairs(grid: ChartGrid, at: Int[Array, "cells 4"]) -> tuple[Array, Array, Ar
         return none, none, none, none
     cells, first, second = (np.concatenate(column) for column in zip(*rows, strict=True))
     # Neighbouring sides share the corner that the step cuts off.
-    cut = np.where((first == 0) & (second == 3), 0, second)
-    return cells, at[cells, first], at[cells, second], cut
+    corner_beside = np.where((first == 0) & (second == 3), 0, second)
+    return cells, at[cells, first], at[cells, second], corner_beside
 
 
-def _rising(
-    grid: ChartGrid, cell: Int[Array, " steps"], ends: list[Float[Array, "steps 2"]], cut: Int[Array, " steps"]
+def _disc_side(
+    grid: ChartGrid,
+    cell: Int[Array, " steps"],
+    ends: list[Float[Array, "steps 2"]],
+    beside: Int[Array, " steps"],
 ) -> Float[Array, " steps"]:
-    """1 where the disc lies to the right of a step, else -1; cut: a corner beside it."""
-    chord, corner = ends[1] - ends[0], grid.place(grid.cells[cell] + CORNERS[cut]) - ends[0]
+    """1 where the disc lies to the right of a step, else -1; beside: a corner beside it."""
+    chord, corner = ends[1] - ends[0], grid.place(grid.cells[cell] + CORNERS[beside]) - ends[0]
     to_left = chord[:, 0] * corner[:, 1] > chord[:, 1] * corner[:, 0]
-    inside = grid.rays.height[grid.which[cell, cut]] < 0
+    inside = grid.rays.height[grid.which[cell, beside]] < 0
     return np.where(to_left == inside, -1.0, 1.0)
 
 
-def _critical(grid: ChartGrid, crossed: _SideCrossings, events: _OnCurve) -> tuple[ContourSteps, tuple[str, ...]]:
+def _critical(grid: ChartGrid, crossed: _SideCrossings, events: _CriticalNodes) -> tuple[ContourSteps, tuple[str, ...]]:
     """Steps along critical curves within the disc; events: where they meet the limb."""
     cell, side = np.nonzero(crossed.critical >= 0)
     number = crossed.critical[cell, side]
     place = _unwrapped(grid.place(grid.cells[cell]), crossed.nodes.place[number])
-    every = _OnCurve(cell, crossed.nodes.order[number], number, place).joined(events)
+    every = _CriticalNodes(cell, crossed.nodes.order[number], number, place).joined(events)
     every = every[np.lexsort((every.order, every.cell))]
     apart = (np.diff(every.cell) != 0) | (np.diff(every.order) != 0)
     pairs, odd = [np.empty((0, 2), int)], 0
@@ -309,7 +315,7 @@ def _critical(grid: ChartGrid, crossed: _SideCrossings, events: _OnCurve) -> tup
         second.number,
         first.place,
         second.place,
-        _sized(grid, first.cell),
+        _cell_sides(grid, first.cell),
         np.zeros(len(first)),
     )
     return steps, ((f"{odd} steps along critical curves end nowhere",) if odd else ())

@@ -45,7 +45,7 @@ def critical_arcs(
     sheets : Sheets
         Refined near the circle.
     circle : Circle
-        The rim of the disc.
+        The circle that the limb of the disc is on its surface.
     crossings : LimbCrossings
         Crossings of caustics with it: nodes are numbered like these.
     curve : CriticalCurve

@@ -1,4 +1,4 @@
-"""The limb of a disc on the camera sky: arcs along the curve on which light comes from the disc's rim.
+"""The limb of a disc on the camera sky: arcs along the curve on which light comes from the disc's limb.
 
 The angle from the centre of the disc at which light from the direction N leaves the surface is a smooth function of N,
 at folds too: its gradient is J^T u, with u the unit vector away from the centre. The distance of a curve from the limb
@@ -111,7 +111,7 @@ class Limb:
 
     camera: The viewer at rest.
     surface: The surface.
-    circle: The rim of the disc.
+    circle: The circle that the limb of the disc is on its surface.
     evenly: True to keep the points of long arcs evenly spread, in the thin layers next to the hole that they resolve.
     ended: True if the ends of guesses are certified images of points of the limb.
     """

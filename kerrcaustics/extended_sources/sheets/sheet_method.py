@@ -62,12 +62,12 @@ def disc_images_on_sheets(
     weight: Weight | None,
 ) -> DiscImages:
     """The images of a disc on a sphere that rays reach once; parameters as for `disc_images`."""
-    rim = Circle.from_centre(centre, angle)
-    sheets = refined_near(sheets_of(viewer, max_index, surface), rim)
+    limb_circle = Circle.from_centre(centre, angle)
+    sheets = refined_near(sheets_of(viewer, max_index, surface), limb_circle)
     sky = search_sky(viewer)
-    limb = _limb(sheets, viewer, rim)
+    limb = _limb(sheets, viewer, limb_circle)
     arcs = limb.arcs
-    critical, lost = _critical(sheets, rim, limb)
+    critical, lost = _critical(sheets, limb_circle, limb)
     whole = arcs.joined(critical)
     hole = _searched_hole(sheets)
     is_limb = np.arange(len(whole)) < len(arcs)
@@ -83,15 +83,15 @@ def disc_images_on_sheets(
 
     area = 4 * math.pi * math.sin(angle / 2) ** 2
     disc = summed(sky, hole, (angle, area), whole, signs, max_index, weight)
-    probes = limb.probes or _Probes.searched_for(sheets, rim)
-    wrong = _checked(sheets, disc.arcs, disc.sign, probes) + _about_viewer(sheets, rim)
+    probes = limb.probes or _Probes.searched_for(sheets, limb_circle)
+    wrong = _checked(sheets, disc.arcs, disc.sign, probes) + _about_viewer(sheets, limb_circle)
     return disc.with_remarks(limb.doubts, limb.faults + lost + wrong)
 
 
-def _about_viewer(sheets: Sheets, rim: Circle) -> tuple[str, ...]:
+def _about_viewer(sheets: Sheets, limb_circle: Circle) -> tuple[str, ...]:
     """The fault of a disc about the viewer on the viewer's own sphere: its image ends where rays leave horizontally."""
     place = from_angles(sheets.camera.inclination, 0.0)
-    if not sheets.curves.domain.level or rim.height(place[None])[0] < 0:
+    if not sheets.curves.domain.level or limb_circle.height(place[None])[0] < 0:
         return ()
     return ("the viewer lies within the disc",)
 
@@ -108,9 +108,9 @@ class _Probes:
     search: ImageSearch
 
     @classmethod
-    def searched_for(cls, sheets: Sheets, rim: Circle) -> "_Probes":
+    def searched_for(cls, sheets: Sheets, limb_circle: Circle) -> "_Probes":
         """Places farthest from the caustics."""
-        radius, place = _probes(sheets, rim, beside_caustics=True)
+        radius, place = _probes(sheets, limb_circle, beside_caustics=True)
         return cls(radius, search(sheets, place))
 
 
@@ -133,39 +133,41 @@ class _FollowedLimb:
     probes: _Probes | None = None
 
 
-def _limb(sheets: Sheets, viewer: Viewer, rim: Circle) -> _FollowedLimb:
+def _limb(sheets: Sheets, viewer: Viewer, limb_circle: Circle) -> _FollowedLimb:
     """The limb from a few images, about an axis, or followed through folds as the tracks of stars are."""
-    nearest = min(distance(curve, rim.axes[2]) for curve in sheets.curves)
-    if nearest > _CLEAR * rim.angle:
-        radius, place = _probes(sheets, rim, beside_caustics=False)
-        guessed, searched = without_caustic(sheets, rim, place)
+    nearest = min(distance(curve, limb_circle.axes[2]) for curve in sheets.curves)
+    if nearest > _CLEAR * limb_circle.angle:
+        radius, place = _probes(sheets, limb_circle, beside_caustics=False)
+        guessed, searched = without_caustic(sheets, limb_circle, place)
         if guessed is not None:
-            followed = _limb_from_guesses(sheets, rim, guessed, None, ())
+            followed = _limb_from_guesses(sheets, limb_circle, guessed, None, ())
             # Beside a caustic that is a point images are drawn out to rings.
             if not (followed.doubts and symmetric(sheets)):
                 return replace(followed, probes=_Probes(radius, searched))
     if symmetric(sheets):
-        limb = AxialLimb(sheets, rim)
+        limb = AxialLimb(sheets, limb_circle)
         tolerance = _TOLERANCE * _rough_area(limb.arcs(math.inf), sheets)
-        touched = [curve.order for curve in sheets.curves if abs(rim.height(curve.points.direction)).min() < curve.blur]
+        touched = [
+            curve.order for curve in sheets.curves if abs(limb_circle.height(curve.points.direction)).min() < curve.blur
+        ]
         faults = tuple(f"the limb passes the caustic of order {k}, which is a point" for k in touched)
         return _FollowedLimb(limb.arcs(tolerance), LimbCrossings.empty(), tolerance, (), faults)
-    branches = Branches(sheets, viewer, rim, _LONGEST_STEP)
+    branches = Branches(sheets, viewer, limb_circle, _LONGEST_STEP)
     events = branches.events
     faults = [*events.remarks, *branches.remarks]
     if not events.known.all():
         faults.append(f"the counts beside {(~events.known).sum()} events on the limb are not what they should be")
     crossings = LimbCrossings(events.order, events.points.edge_phase)
-    return _limb_from_guesses(sheets, rim, from_level_curve(branches), crossings, tuple(faults))
+    return _limb_from_guesses(sheets, limb_circle, from_level_curve(branches), crossings, tuple(faults))
 
 
 def _limb_from_guesses(
-    sheets: Sheets, rim: Circle, guessed: GuessedArcs, crossings: LimbCrossings | None, faults: tuple[str, ...]
+    sheets: Sheets, limb_circle: Circle, guessed: GuessedArcs, crossings: LimbCrossings | None, faults: tuple[str, ...]
 ) -> _FollowedLimb:
     """The limb by Newton's method from guesses."""
     tolerance = _TOLERANCE * _rough_area(guessed.arcs(), sheets)
     first = _next_node(guessed.links.left, guessed.links.right)
-    limb = Limb(sheets.camera, sheets.surface, rim, ended=crossings is None)
+    limb = Limb(sheets.camera, sheets.surface, limb_circle, ended=crossings is None)
     arcs, doubtful = limb.arcs(guessed, first, tolerance)
     doubts = (f"{doubtful} arcs of the limb are in doubt",) if doubtful else ()
     return _FollowedLimb(arcs, crossings, tolerance, doubts, faults)
@@ -193,7 +195,7 @@ def _parity(arcs: BoundaryArcs) -> Float[Array, " arcs"]:
     return 1.0 - 2 * (arcs.index % 2)
 
 
-def _critical(sheets: Sheets, rim: Circle, limb: _FollowedLimb) -> tuple[BoundaryArcs, tuple[str, ...]]:
+def _critical(sheets: Sheets, limb_circle: Circle, limb: _FollowedLimb) -> tuple[BoundaryArcs, tuple[str, ...]]:
     """The arcs of all critical curves within the images of the disc, and remarks."""
     critical, remarks = limb.arcs[:0], ()
     if limb.crossings is None:
@@ -201,7 +203,7 @@ def _critical(sheets: Sheets, rim: Circle, limb: _FollowedLimb) -> tuple[Boundar
     for curve in sheets.curves:
         whole = limb.arcs.joined(critical)
         first = _next_node(whole.left, whole.right)
-        more, doubts = critical_arcs(sheets, rim, limb.crossings, curve, first, limb.tolerance)
+        more, doubts = critical_arcs(sheets, limb_circle, limb.crossings, curve, first, limb.tolerance)
         critical, remarks = critical.joined(more), remarks + doubts
     return critical, remarks
 
@@ -237,13 +239,13 @@ def _checked(sheets: Sheets, arcs: BoundaryArcs, sign: Float[Array, " arcs"], pr
 
 
 def _probes(
-    sheets: Sheets, rim: Circle, *, beside_caustics: bool
+    sheets: Sheets, limb_circle: Circle, *, beside_caustics: bool
 ) -> tuple[Float[Array, " probes"], Float[Array, "probes 3"]]:
     """Places in the disc and beside it, far from caustics: distances from its centre, in radii, and directions."""
-    radius, azimuth = _PROBES[_PROBES[:, 0] * rim.angle < math.pi].T
-    centre = np.tile(rim.axes[2], (len(radius), 1))
-    step = np.cos(azimuth)[:, None] * rim.axes[0] + np.sin(azimuth)[:, None] * rim.axes[1]
-    place = moved(centre, (radius * rim.angle)[:, None] * step)
+    radius, azimuth = _PROBES[_PROBES[:, 0] * limb_circle.angle < math.pi].T
+    centre = np.tile(limb_circle.axes[2], (len(radius), 1))
+    step = np.cos(azimuth)[:, None] * limb_circle.axes[0] + np.sin(azimuth)[:, None] * limb_circle.axes[1]
+    place = moved(centre, (radius * limb_circle.angle)[:, None] * step)
     far = np.argsort(-sheets.expected_counts(place).distance) if beside_caustics else np.arange(len(radius))
     chosen = np.concatenate([far[radius[far] < 1][:_INSIDE], far[radius[far] > 1][:_BESIDE_IT]])
     return radius[chosen], place[chosen]

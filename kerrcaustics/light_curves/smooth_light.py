@@ -18,16 +18,16 @@ from kerrcaustics.spacetime.sphere import tangent_basis
 
 Array = np.ndarray
 
-# Rays past the limb: twice an odd number, as the highest wave on an even number of places has no slope there.
+# Rays past the limb: twice an odd number, so that each half of them is odd and has no wave of zero slope at all places.
 _RAYS = 14
 # Largest factor by which the light of a point may change over the ball: else slices are needed.
-_EVEN = 1.3
+_SMOOTH = 1.3
 
 
-def even_light(ball: MovingBall, aims: RayAims) -> tuple[Float[Array, " n"], Float[Array, " n"], Bool[Array, " n"]]:
-    """Flux of images, its error, and True where the image is even enough for it.
+def smooth_light(ball: MovingBall, aims: RayAims) -> tuple[Float[Array, " n"], Float[Array, " n"], Bool[Array, " n"]]:
+    """Flux of images, its error, and True where the image is smooth enough for it.
 
-    The error is the largest change with every other ray, that of the polynomial, and the part by which the rays bend.
+    The error is the largest change with every other ray, that of the polynomial, and the relative error of rays.
     """
     n, angle = len(aims), np.arange(_RAYS) * 2 * np.pi / _RAYS
     limb = np.tile(ball.size * np.stack([np.cos(angle), np.sin(angle)], axis=-1), (n, 1))
@@ -36,31 +36,31 @@ def even_light(ball: MovingBall, aims: RayAims) -> tuple[Float[Array, " n"], Flo
     # Begun where the linear map has them.
     start = many.with_directions(along_sky(many.sky, np.nan_to_num(solutions(slope, limb))), many.time)
     passes, good = ball.rays_through(start, limb)
-    even = good.reshape(n, -1).all(axis=1) & _is_even(middle, passes)
+    smooth = good.reshape(n, -1).all(axis=1) & _is_smooth(middle, passes)
     place = _from_middle(middle, passes, limb)
     light = passes.light.reshape(n, -1)
-    even &= np.isfinite(place).all(axis=(1, 2)) & np.isfinite(light).all(axis=1)
+    smooth &= np.isfinite(place).all(axis=(1, 2)) & np.isfinite(light).all(axis=1)
     flux, error = np.full(n, np.nan), np.full(n, np.nan)
-    rows = np.flatnonzero(even)
+    rows = np.flatnonzero(smooth)
     linear = (place[rows] @ np.swapaxes(middle.by_sky[rows], 1, 2)) / ball.size
     parts = [slice(None), slice(0, None, 2), slice(1, None, 2)]
     integrals = [
         _integral(place[rows][:, part], linear[:, part], light[rows][:, part], middle.light[rows]) for part in parts
     ]
-    (whole, missed), *halves = np.array(integrals) / (4 * math.pi**2 * ball.size**2)
+    (whole, residual), *halves = np.array(integrals) / (4 * math.pi**2 * ball.size**2)
     flux[rows] = whole
-    bend = np.maximum(middle.bend, passes.bend.reshape(n, -1).max(axis=1))[rows]
-    error[rows] = np.abs(np.array(halves)[:, 0] - whole).max(axis=0) + missed + bend * whole
-    return flux, error, even
+    ray_error = np.maximum(middle.relative_error, passes.relative_error.reshape(n, -1).max(axis=1))[rows]
+    error[rows] = np.abs(np.array(halves)[:, 0] - whole).max(axis=0) + residual + ray_error * whole
+    return flux, error, smooth
 
 
-def _is_even(middle: Passes, passes: Passes) -> Bool[Array, " n"]:
+def _is_smooth(middle: Passes, passes: Passes) -> Bool[Array, " n"]:
     """True for images whose light hardly differs between the middle and the limb."""
     with np.errstate(invalid="ignore", divide="ignore"):
         here = (middle.light / np.linalg.det(middle.by_sky))[:, None]
         limb = (passes.light / np.linalg.det(passes.by_sky)).reshape(len(here), -1)
         ratio = np.concatenate([limb / here, np.ones_like(here)], axis=1)
-        return (ratio > 0).all(axis=1) & (ratio.max(axis=1) < _EVEN * ratio.min(axis=1))
+        return (ratio > 0).all(axis=1) & (ratio.max(axis=1) < _SMOOTH * ratio.min(axis=1))
 
 
 def _from_middle(middle: Passes, passes: Passes, aim: Float[Array, "rays 2"]) -> Float[Array, "n rays_each 2"]:
