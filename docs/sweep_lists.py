@@ -1,4 +1,4 @@
-"""The lists of docs/sweeps.md: the keys of a scene, and the variables of a store.
+"""The lists of docs/sweeps.md: the keys of a sweep file, and the variables of a store.
 
 python docs/sweep_lists.py
 """
@@ -25,7 +25,7 @@ def variable_table() -> str:
 
 
 def scene_table() -> str:
-    """Return the keys of a scene in Markdown."""
+    """Return the keys of a sweep file in Markdown."""
     return key_table(Scene)
 
 

@@ -1,6 +1,7 @@
 """Words that arguments are chosen from, as types: the command line knows them before anything heavy is loaded.
 
-A word that is none of them may be close to one: `near` says which. Degrees may be radians: `if_radians` says so.
+A word that is none of them may be close to one: `near` says which. Degrees may be radians: `if_radians` and
+`place_if_radians` say so.
 """
 
 import difflib
@@ -63,6 +64,18 @@ def if_radians(name: str, degrees: float) -> str:
         return ""
     meant = math.copysign(15 * parts[0], degrees)
     return f"{name} is in degrees, but {degrees:.12g} looks like radians: that would be {meant:g} degrees."
+
+
+def place_if_radians(name: str, theta: float, phi: float) -> str:
+    """A line about theta' and phi' in degrees that are probably in radians; empty for others.
+
+    Small numbers, not both whole: hardly any source lies so close to the axis and to the camera's azimuth.
+    """
+    whole = float(theta).is_integer() and float(phi).is_integer()
+    if whole or not (0 < theta <= math.pi + _AS_ROUNDED and abs(phi) <= 2 * math.pi + _AS_ROUNDED):
+        return ""
+    meant = f"{math.degrees(theta):.6g} {math.degrees(phi):.6g}"
+    return f"{name} is in degrees, but {theta:.12g} {phi:.12g} looks like radians: that would be {meant} degrees."
 
 
 def either(words: Sequence[str]) -> str:

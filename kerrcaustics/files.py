@@ -49,7 +49,7 @@ def writing(path: str | os.PathLike[str], lasting: bool = False, private: bool =
     """
     path = Path(path)
     if os.path.exists(path) and not os.path.isfile(path):
-        with open(path, "wb") as file:
+        with _named(path), open(path, "wb") as file:
             yield file
         return
     path = Path(os.path.realpath(path))
@@ -59,7 +59,7 @@ def writing(path: str | os.PathLike[str], lasting: bool = False, private: bool =
         raise OSError(error.errno, error.strerror, str(path)) from None
     UNFINISHED.add(name)
     try:
-        with os.fdopen(handle, "wb") as file:
+        with _named(path), os.fdopen(handle, "wb") as file:
             yield file
             if lasting:
                 file.flush()
@@ -75,6 +75,17 @@ def writing(path: str | os.PathLike[str], lasting: bool = False, private: bool =
         raise
     finally:
         UNFINISHED.discard(name)
+
+
+@contextmanager
+def _named(path: Path) -> Iterator[None]:
+    """Give errors of the disk the name of the file."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is None:
+            raise OSError(error.errno, error.strerror, str(path)) from None
+        raise
 
 
 def check_name(path: Any) -> None:

@@ -30,7 +30,7 @@ _COUNTS = {2: "two", 3: "three"}
 def read_toml(path: str | Path, holds: str = "scene") -> dict[str, Any]:
     """The content of a TOML file as plain data; a ValueError of one line with the reason if it cannot be read.
 
-    holds: the name of what is in it, for that line.
+    holds: the name of what is in it, for that line; its last word is that of the argument.
     """
     check_name(path)
     path = Path(path)
@@ -38,7 +38,7 @@ def read_toml(path: str | Path, holds: str = "scene") -> dict[str, Any]:
         return decoded(read_text(path, _LONGEST))
     except OSError as error:
         raise ValueError(
-            f"Argument {holds.upper()} must name a file that can be read: {path}: {error.strerror}."
+            f"Argument {holds.upper().split()[-1]} must name a file that can be read: {path}: {error.strerror}."
         ) from None
     except UnicodeDecodeError:
         raise ValueError(f"{holds.capitalize()} {path}: it is no text in UTF-8.") from None

@@ -296,7 +296,7 @@ def test_command_refuses(arguments, complaint, assert_refused, scenes):
 def test_a_scene_of_a_sweep_is_no_film(scenes, assert_refused, monkeypatch):
     bar = scenes()
     monkeypatch.setattr(sys.modules["kerrcaustics.sweeps.reading"], "read_scene", lambda _: object())
-    assert_refused(["film", bar], "is that of a sweep")
+    assert_refused(["film", bar], "is a sweep file")
 
 
 @pytest.mark.parametrize("full_at", [0, 1, 6, 12, 13])
@@ -351,7 +351,7 @@ def test_lines_now_and_then_where_there_is_no_terminal(path, scenes, capsys, mon
     # A report each 9 s, of which three are printed before the first frame is drawn; the first line is due after 20 s.
     lines = err.splitlines()
     assert lines[:3] == ["0 of 12 frames", "3 of 12 frames, 0:01:21 left", "6 of 12 frames, 0:00:54 left"]
-    assert lines[3:] == ["9 of 12 frames, 0:00:27 left", "12 of 12 frames", "done"]
+    assert lines[3:] == ["9 of 12 frames, 0:00:27 left", "12 of 12 frames"]
 
 
 def test_frames_are_pngs_that_say_what_they_are_of(path):

@@ -53,8 +53,11 @@ def test_scenes_name_regular_files(line, pipe, refused):
 def test_users_name_regular_files(name, pipe, tmp_path, assert_refused):
     (tmp_path / "csv.toml").write_text(CSV.replace("FILE", name))
     assert_refused(("render", "csv.toml"), f"camera.path.file must name a file that can be read, but {name!r}:")
-    for command in (("render", name, "--output", "x.png"), ("sweep", name, "--output", "x.zarr")):
-        assert_refused(command, f"Argument SCENE must name a file that can be read: {name}: {IRREGULAR}.")
+    for argument, command in (
+        ("SCENE", ("render", name, "--output", "x.png")),
+        ("FILE", ("sweep", name, "--output", "x.zarr")),
+    ):
+        assert_refused(command, f"Argument {argument} must name a file that can be read: {name}: {IRREGULAR}.")
     counted = ("counts", "--spin", 0.5, "--radius", 6, "--stars", name)
     assert_refused(counted, f"Argument --stars must name a file that can be read: {name}: {IRREGULAR}.")
 
@@ -228,4 +231,4 @@ def test_changes_that_are_nested_too_deeply_are_refused(change, tmp_path, assert
 
 def test_sweeps_that_are_nested_too_deeply_are_refused(tmp_path, assert_refused):
     (tmp_path / "sweep.toml").write_text(f"spin = 0.5\nradius = 6\n{DEEP['keys']}\n")
-    assert_refused(("sweep", "sweep.toml", "--output", "x.zarr"), "Scene sweep.toml: it is nested too deeply.")
+    assert_refused(("sweep", "sweep.toml", "--output", "x.zarr"), "Sweep file sweep.toml: it is nested too deeply.")

@@ -8,8 +8,10 @@ from pathlib import Path
 import pytest
 
 import kerrcaustics as kc
+from kerrcaustics.cli import terminal
 from kerrcaustics.results import progress
 from kerrcaustics.results.progress import in_steps, listening, report, with_progress
+from kerrcaustics.results.time_left import TimeLeft
 
 CAMERA = kc.Camera(0.9, 10.0, 1.2)
 VIEW = kc.pictures.View.toward_hole(CAMERA, width=16, height=9, field_of_view=1.0)
@@ -22,7 +24,7 @@ CALLS = {
         "order 1 of 1",
     ),
     "caustic_tubes": (lambda heard: kc.caustic_tubes(CAMERA, 1, [float("inf"), 20.0], progress=heard), "tube 1 of 1"),
-    "star_images": (lambda heard: kc.star_images(CAMERA, (1.1, 2.0), 0, progress=heard), "sheets of the sky"),
+    "star_images": (lambda heard: kc.star_images(CAMERA, (1.1, 2.0), 0, progress=heard), "rays all over the sky"),
     "count_map": (lambda heard: kc.count_map(CAMERA, 0, 4, end=kc.EquatorialPlane(1), progress=heard), "circle 4 of 4"),
     "star_tracks": (lambda heard: kc.star_tracks(CAMERA.at_rest(), 1.3, 0, progress=heard), "images followed"),
     "follow_star": (lambda heard: kc.follow_star([CAMERA, CAMERA], (1.1, 2.0), 0, progress=heard), "camera 2 of 2"),
@@ -32,7 +34,10 @@ CALLS = {
     ),
     "light_curve": (lambda heard: kc.light_curve(CAMERA, 8.0, 8, crossings=2, progress=heard), "crossing 2 of 2"),
     "render": (lambda heard: kc.render(CAMERA, VIEW, kc.skies.Checkerboard(), progress=heard), "sky map"),
-    "render_volume": (lambda heard: kc.pictures.render_volume(CAMERA, VIEW, GLOW, progress=heard), "rays marched"),
+    "render_volume": (
+        lambda heard: kc.pictures.render_volume(CAMERA, VIEW, GLOW, progress=heard),
+        "light along the rays",
+    ),
 }
 
 
@@ -44,7 +49,7 @@ def test_long_calls_say_what_they_do(name):
     call(lambda *what: reported.append(what))
     parts = [part for _, part in reported]
     assert any(word in what for what, _ in reported), reported
-    # Sheets that are kept from another call are half of the way.
+    # Rays that are kept from another call are half of the way.
     assert parts == sorted(parts) and parts[0] <= 0.5 and reported[-1] == ("done", 1.0)
 
 
@@ -162,3 +167,42 @@ def test_a_bar_waits(monkeypatch):
         time.sleep(0.25)
         tell("sky map", 0.2)
     assert started
+
+
+def test_a_bar_is_not_full_while_there_is_still_work(monkeypatch):
+    from rich.progress import Progress
+
+    totals = []
+    monkeypatch.setattr(Progress, "stop", lambda self: totals.append(self.tasks[0].total))
+    for bar_of in (progress.bar, lambda: terminal_progress(monkeypatch)):
+        for reports, total in (([("sky map", 0.5)], 1.0), ([("sky map", 0.5), ("drawing", 1.0)], None)):
+            with bar_of() as tell:
+                for what, part in reports:
+                    tell(what, part)
+            assert totals.pop() == total
+
+
+def terminal_progress(monkeypatch):
+    """The bar of the command line, in a terminal."""
+    monkeypatch.setattr("rich.console.Console.is_terminal", True)
+    return terminal.progress()
+
+
+def test_no_time_is_said_to_be_left_while_the_last_step_is_overdue():
+    estimate = TimeLeft()
+    for now in range(6):
+        estimate.note(10.0 * now, now / 8)
+    assert estimate.seconds_left(50.0) == pytest.approx(30.0)
+    assert estimate.seconds_left(57.0) == pytest.approx(23.0)
+    # A step that takes twice as long as the others: the two after it will do so too.
+    assert estimate.seconds_left(70.0) == pytest.approx(40.0)
+    estimate.note(80.0, 7 / 8)
+    assert estimate.seconds_left(1000.0) is None
+
+
+def test_progress_is_in_plain_words():
+    """No word of the inside of the package, in any report."""
+    inner = "halved sheet chart link node skeleton branch march"
+    for path in sorted(Path(kc.__file__).parent.rglob("*.py")):
+        for text in re.findall(r"\b(?:report|in_steps|stage)\(\s*f?\"([^\"]+)\"", path.read_text(encoding="utf-8")):
+            assert not [word for word in inner.split() if word in text], f"{path}: {text}"

@@ -1,8 +1,10 @@
 """Scenes, and stores that survive what can happen to them."""
 
 import errno
+import json
 import os
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +17,7 @@ from sweeping import PLAIN, files, made_up, opened, written
 
 import kerrcaustics as kc
 from kerrcaustics.sweeps import run as engine
+from kerrcaustics.sweeps.opened import open_sweep, sweep_status
 from kerrcaustics.sweeps.scene import Range, Scene
 from kerrcaustics.sweeps.store import store_at
 
@@ -132,7 +135,7 @@ def test_bad_scene_is_one_line_that_names_the_place(text, tmp_path, capsys, monk
     path = written(tmp_path, text)
     status, out, err = run(capsys, "sweep", path)
     assert (status, out) == (2, "") and err.count("\n") == 1
-    assert err.startswith(f"kerrcaustics: Scene {path}: ") and BAD[text] in err
+    assert err.startswith(f"kerrcaustics: Sweep file {path}: ") and BAD[text] in err
     assert list(tmp_path.iterdir()) == [path]
 
 
@@ -148,11 +151,48 @@ def test_a_point_that_fails_costs_no_other(tmp_path, capsys, monkeypatch):
     assert store.status.values[:, :, 0].tolist() == [[2, 1], [1, 1]]
     assert np.isfinite(store.phi_extent.values[:, :, 0, 0]).tolist() == [[False, True], [True, True]]
     assert b"horizon" in bytes(store.reason.values[0, 0, 0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        reasons = open_sweep(tmp_path / "close.zarr").reason
+    assert "horizon" in reasons.values[0, 0, 0] and reasons.values[1].tolist() == [[""], [""]]
+    assert reasons.dims == ("spin", "radius", "inclination")
     status, out, _ = run(capsys, "sweep", path)
     assert status == 1 and "4 points: 4 done before, 0 computed now, 1 failed; " in out
     assert run(capsys, "sweep", path, "--resume")[1].split(";")[0] == out.split(";")[0]
     status, out, err = run(capsys, "sweep", path, "--no-resume")
     assert (status, out) == (2, "") and err.startswith("kerrcaustics: Argument --output must name a new store")
+
+
+def test_the_status_of_a_sweep_is_reported_and_nothing_changed(tmp_path, scene, quick, capsys, monkeypatch):
+    store = tmp_path / "s.zarr"
+
+    def stop_at_last(scene, spin, radius, inclination):
+        if (spin, radius) == (0.9, 6.0):
+            raise KeyboardInterrupt
+        return made_up(scene, spin, 0.5 if radius == 4 else radius, inclination)
+
+    monkeypatch.setattr(engine, "computed", stop_at_last)
+    with pytest.raises(KeyboardInterrupt):
+        kc.sweep(scene, store)
+    before = files(store)
+    status, out, err = run(capsys, "sweep", "--status", store)
+    found = sweep_status(store)
+    assert (found.points, found.done + found.failed + found.missing) == (6, 6) and found.missing and not found.running
+    counts = f"{found.done} done, {found.failed} failed, {found.missing} not computed yet"
+    assert status == 0 and out == f"{store}: 6 points: {counts}\n"
+    assert err.splitlines() == [f"failed: {line}" for line in found.failures] and "radius 4" in err
+    status, out, _ = run(capsys, "sweep", "--status", store, "--json", "-")
+    assert status == 0 and json.loads(out)["schema"] == "kerrcaustics/sweep-status/1"
+    with store_at(store, scene):
+        assert "; a sweep is writing to it now" in run(capsys, "sweep", "--status", store)[1]
+    assert files(store) == before
+    for arguments, words in (
+        ((tmp_path,), "--status must name the store of a sweep, but"),
+        ((store, "--output", "x"), "Argument --output must not be used with --status."),
+        ((store, "x.toml"), "Argument FILE must not be used with --status."),
+    ):
+        status, out, err = run(capsys, "sweep", "--status", *arguments)
+        assert (status, out) == (2, "") and err.count("\n") == 1 and words in err
 
 
 @pytest.mark.slow
@@ -240,7 +280,7 @@ def test_a_store_of_another_scene_is_refused_with_a_diff(tmp_path, capsys, quick
     other = written(tmp_path, PLAIN.replace("orders = 1", "orders = 2").replace("3.0, ", ""))
     status, out, err = run(capsys, "sweep", other, "--output", target)
     assert (status, out) == (2, "") and err.count("\n") == 1
-    assert "another scene" in err
+    assert "another sweep" in err
     assert "radius: [4.0, 6.0] here, [3.0, 4.0, 6.0] in the store; orders: 2 here, 1 in the store." in err
     renamed = written(tmp_path, PLAIN.replace("Schön", "Schöner"))
     assert run(capsys, "sweep", renamed, "--output", target)[0] == 0
@@ -347,7 +387,7 @@ def test_bad_arguments_are_one_line(tmp_path, capsys, monkeypatch):
         ((path, "--scheduler", "nonsense"), "--scheduler must be the address of a Dask scheduler, such as"),
         ((path, "--scheduler", "tcp://127.0.0.1:99999"), "--scheduler must be the address of a Dask scheduler, such"),
         ((tmp_path / "none.toml",), "No such file"),
-        (("",), "Argument SCENE must be a name, but is empty."),
+        (("",), "Argument FILE must be a name, but is empty."),
     ):
         status, out, err = run(capsys, "sweep", *arguments)
         assert (status, out) == (2, "") and err.count("\n") == 1 and words in err

@@ -120,7 +120,7 @@ def test_a_folder_with_something_in_it_is_one_line_that_names_it(name, tmp_path,
 
 
 def test_a_store_whose_scene_nobody_can_say_is_one_line(tmp_path, scene, good, capsys):
-    """Root and mask are damaged both; and a root that is damaged where the store is of another scene."""
+    """Root and mask are damaged both; and a root that is damaged where the store is of another sweep."""
     arguments = ("--output", good)
     (good / "zarr.json").write_text("{")
     other = written(tmp_path, PLAIN.replace("orders = 1", "orders = 2"), "other.toml")

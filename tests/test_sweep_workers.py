@@ -1,6 +1,8 @@
 """Workers that die or stay away: a sweep bears some of it, and then ends in one line."""
 
 import re
+from contextlib import contextmanager
+from types import SimpleNamespace
 
 import pytest
 from command_line import run
@@ -78,8 +80,9 @@ def test_a_cluster_that_never_has_a_worker_is_one_line(tmp_path, capsys, empty_c
     path, target = written(tmp_path, PLAIN), tmp_path / "s.zarr"
     arguments = ("sweep", path, "--output", target, "--scheduler", empty_cluster.scheduler_address)
     status, out, err = run(capsys, *arguments)
-    assert (status, out) == (1, "") and err.count("\n") == 1
-    assert re.match(r"kerrcaustics: No worker for \d+ s: the sweep ended. What its store holds is kept; start", err)
+    dashboard, line = err.splitlines()
+    assert (status, out) == (1, "") and dashboard.startswith("Dashboard: http://")
+    assert re.match(r"kerrcaustics: No worker for \d+ s: the sweep ended. What its store holds is kept; start", line)
 
 
 def test_a_scheduler_that_goes_away_ends_the_sweep(tmp_path, empty_cluster):
@@ -94,3 +97,23 @@ def test_a_scheduler_that_goes_away_ends_the_sweep(tmp_path, empty_cluster):
     with pytest.raises(WorkersLost, match="The Dask scheduler went away: the sweep ended"):
         kc.sweep(scene, tmp_path / "s.zarr", scheduler=empty_cluster.scheduler_address, progress=close)
     assert said[-1] == "0 of 6 points, no worker for 0 s"
+
+
+def test_the_address_of_the_dashboard_is_reported(monkeypatch, capsys, tmp_path):
+    """Before the sweep begins; here the scheduler no longer answers then."""
+    answers = iter([SimpleNamespace(dashboard_link="http://127.0.0.1:8787/status")])
+
+    @contextmanager
+    def client_of(_scheduler):
+        for client in answers:
+            yield client
+            return
+        raise ValueError("Argument `scheduler` must answer.")
+
+    monkeypatch.setattr(cluster, "client_of", client_of)
+    arguments = ("--output", tmp_path / "s.zarr", "--scheduler", "tcp://127.0.0.1:1")
+    status, out, err = run(capsys, "sweep", written(tmp_path, PLAIN), *arguments)
+    assert (status, out) == (2, "") and err.splitlines() == [
+        "Dashboard: http://127.0.0.1:8787/status",
+        "kerrcaustics: Argument --scheduler must answer.",
+    ]

@@ -107,8 +107,8 @@ class Sphere(End):
         aside = np.linalg.norm(self.vectors(places) - own, axis=1)
         if (np.hypot(self.radius / viewer.radius - 1, aside) < _AT_VIEWER).any():
             raise ValueError(
-                f"Argument `{name}` must keep the star away from the camera, but at r = {float(self.radius):.12g}, "
-                f"theta = {viewer.inclination:.12g}, phi = 0 both coincide within rounding: it has no direction."
+                f"Argument `{name}` must keep the star away from the camera, but at r = {float(self.radius):.12g} both "
+                "coincide within rounding: it has no direction."
             )
 
     def is_beyond(self, camera: Viewer) -> bool:

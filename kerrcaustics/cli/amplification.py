@@ -10,7 +10,15 @@ from rich.console import Console
 from kerrcaustics.choices import WaveMethod
 from kerrcaustics.cli.app import app, with_examples
 from kerrcaustics.cli.endings import BadInput, stop
-from kerrcaustics.cli.options import COMMON, Angles, CameraOptions, CommonOptions, FileName, MaxIndex
+from kerrcaustics.cli.options import (
+    COMMON,
+    SKY_SOURCES,
+    Angles,
+    CameraOptions,
+    CommonOptions,
+    FileName,
+    MaxIndex,
+)
 from kerrcaustics.cli.outputs import check_ending, check_table, write_figure, write_table
 from kerrcaustics.cli.tables import PlainTable
 from kerrcaustics.cli.terminal import place_in_words, place_of, plain_errors, progress, say, say_all, verdict
@@ -51,7 +59,7 @@ def amplification(
     Parameters
     ----------
     star
-        Place of the star: theta' from the spin axis and phi', degrees.
+        Place of the star: theta' from the spin axis and phi', degrees; the camera lies at phi' = 0.
     frequency
         Angular frequency times the mass, or a range LOW:HIGH or LOW:HIGH:COUNT with logarithmic steps.
     source_radius
@@ -69,14 +77,13 @@ def amplification(
     check_ending(figure)
     check_table(table)
     omega = _frequencies(frequency)
-    viewer = camera.viewer()
+    place, viewer = SKY_SOURCES.place("--star", star), camera.viewer()
     began = time.perf_counter()
     with plain_errors({"source": "star", "frequencies": "frequency", "end": "source-radius"}), progress() as report:
         from kerrcaustics.results import storage
         from kerrcaustics.results.records import record
         from kerrcaustics.waves import amplification as waves
 
-        place = math.radians(star[0]), math.radians(star[1])
         result = waves.amplification(
             viewer, place, omega, max_index=max_index, end=source_radius, method=method, progress=report
         )

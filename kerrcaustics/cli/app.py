@@ -1,5 +1,6 @@
 """The program itself: it runs a command, and ends with a status."""
 
+import errno
 import logging
 import os
 import sys
@@ -11,6 +12,8 @@ from kerrcaustics.cli.endings import BadInput, one_line, stop
 from kerrcaustics.cli.usage import usage_message
 
 _QUIET = cyclopts.Parameter(name=("--quiet", "-q"), negative=(), group="Global options", show_default=False)
+# Of standard output: the disk is full, or nobody reads it any longer.
+_UNWRITTEN = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EPIPE)
 _EXIT_STATUS = "Exit status: 0 done; 1 something failed, or is not certified; 2 bad input; 130 interrupted."
 
 
@@ -50,14 +53,32 @@ def main() -> None:
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
     try:
         app.meta(sys.argv[1:], exit_on_error=False, print_error=False)
+        sys.stdout.flush()
     except cyclopts.CycloptsError as error:
         stop(2, usage_message(error))
     except BadInput as error:
         stop(2, str(error))
+    except OSError as error:
+        if os.environ.get("KERRCAUSTICS_TRACEBACK"):
+            raise
+        reason = error.strerror or one_line(str(error))
+        written = error.filename is None and error.errno in _UNWRITTEN
+        _leave_standard_output()
+        stop(
+            1, f"Standard output cannot be written: {reason}." if written else f"{error.filename or 'Error'}: {reason}."
+        )
     except Exception as error:
         if os.environ.get("KERRCAUSTICS_TRACEBACK"):
             raise
         stop(1, f"{type(error).__name__}: {one_line(str(error))} (KERRCAUSTICS_TRACEBACK=1 shows where)")
+
+
+def _leave_standard_output() -> None:
+    """Let what standard output still holds go nowhere: where it cannot be written, Python would complain at the end."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 @app.meta.default

@@ -74,7 +74,7 @@ def caustics(
     end = source.end()
     if source.plane is not None and figure is not None:
         raise BadInput("Argument --figure must not be used with --plane.")
-    viewer = camera.viewer()
+    viewer = camera.viewer(source.in_plane)
     with plain_errors(), progress() as report:
         from kerrcaustics.curves.caustic_search import caustics as find
         from kerrcaustics.results import storage
@@ -132,6 +132,14 @@ def _draw(curves: "CausticSet", path: Path) -> None:
     write_figure(overview(curves, shadow_edge(curves.camera, _EDGE_POINTS)), path)
 
 
+def _remark_on_primary(curves: "CausticSet") -> str:
+    """A line on the primary caustic where there is none, and how to see others if there are none either."""
+    if math.isfinite(curves.camera.radius) or curves.surface.finite or any(curve.order == 1 for curve in curves):
+        return ""
+    others = "" if curves or curves.lost else ": --orders 2 finds the secondary"
+    return f"An observer at infinity sees no primary critical curve, and there is no primary caustic{others}."
+
+
 def _print_table(curves: "CausticSet", out: Console) -> None:
     say(out, f"{place_of(curves.camera)}: full extents of the caustics on {curves.surface.in_words()}")
     heads = ("order", "kind", "theta' (deg)", "phi' (deg)", "circuits", "cusps", "error (deg)")
@@ -146,8 +154,9 @@ def _print_table(curves: "CausticSet", out: Console) -> None:
             str(len(curve.cusps)),
             f"{math.degrees(curve.error):.0e}",
         )
-    out.print(table)
-    say_all(out, curves.remarks)
+    if len(curves):
+        out.print(table)
+    say_all(out, filter(None, [_remark_on_primary(curves), *curves.remarks]))
     residual = max((curve.residual for curve in curves), default=0.0)
     effort = f"{curves.seconds:.2f} s, {curves.beams} beams ({curves.engine})"
     say(out, f"{effort}, delta_minus / delta_plus at most {residual:.0e}")

@@ -83,7 +83,7 @@ def counts(
     Parameters
     ----------
     star
-        Count the images of one star at theta', phi', degrees.
+        Count the images of one star at theta', phi', degrees; the camera lies at phi' = 0.
     stars
         Count the images of many stars: a file of lines "theta,phi" in degrees; lines that begin with # are skipped.
     map_
@@ -114,7 +114,7 @@ def counts(
     if circle and source.plane is not None:
         raise BadInput("Argument --plane must not be used with --circle: great circles lie on a sphere.")
     places = _read_stars(stars, source) if stars else [source.place(kind, place) for place in (star, circle) if place]
-    end, viewer = source.end(), camera.viewer()
+    end, viewer = source.end(), camera.viewer(source.in_plane)
     began = time.perf_counter()
     with plain_errors({"stars": kind[2:]}), progress() as report:
         if circle:

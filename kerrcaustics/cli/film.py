@@ -60,12 +60,13 @@ def film(
     common.check({"--output": path})
     resizing.check(even=True)
     _check_name(name, count, quality, resizing)
+    workers.announce()
     with progress(left=True, at_once=workers.workers or 1) as report:
         scene = _scene_of(name)
         if scene is None:
             film = _script_film(name, count, workers != HERE)
         else:
-            film = film_of_scene_file(scene, quality, resizing)
+            film = film_of_scene_file(scene, quality, resizing, only)
         result = _make(path, film, report, frames=only, restart=restart, **asdict(workers))
     _report(result, common)
 
@@ -165,19 +166,31 @@ def _check_name(name: str, count: int | None, quality: Quality | None, resizing:
             raise BadInput(f"Argument {option} must be used with a scene (.toml), but {name} is a script.")
 
 
-def film_of_scene_file(path: Path, quality: Quality | None, resizing: SizeOptions) -> "Film":
-    """The film that a scene file describes."""
+def film_of_scene_file(path: Path, quality: Quality | None, resizing: SizeOptions, only: range | None = None) -> "Film":
+    """The film that a scene file describes; only: the frames that are drawn of it."""
     from kerrcaustics.films.scene_films import FilmedScene, scene_film
 
     with one_line_errors():
+        from kerrcaustics.scene_files.scene_file import SceneFile
         from kerrcaustics.sweeps.reading import read_scene
 
         scene = read_scene(path)
         if not isinstance(scene, FilmedScene):
-            raise BadInput(f"Argument NAME must be the scene of a picture or a film, but {path} is that of a sweep.")
+            raise BadInput(f"Argument NAME must be the scene of a picture or a film, but {path} is a sweep file.")
+        if isinstance(scene, SceneFile) and scene.contents.film is None:
+            raise BadInput(
+                f"Scene {path} has no table [film], and so one frame: add one with frames or duration, or use "
+                "kerrcaustics render."
+            )
         for line in scene.remarks:
             note(line)
-        return scene_film(resizing.applied(scene, even=True).with_exposures(), quality)
+        scene = resizing.applied(scene, even=True)
+        # Before its exposures are computed, for which frames are drawn.
+        drawn = scene_film(scene, quality)
+        if only is not None and only.stop > drawn.frames:
+            clip = f"{only.start}:{only.stop}"
+            raise BadInput(f"Argument --frames must lie within 0:{drawn.frames}, which are all, but is {clip}.")
+        return scene_film(scene.with_exposures(), quality)
 
 
 def _script_film(name: str, count: int | None, elsewhere: bool) -> "Film":

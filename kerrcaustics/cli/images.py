@@ -1,9 +1,11 @@
 """The command `images`: the images of a star."""
 
+import math
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 from rich.console import Console
 
 from kerrcaustics.cli.app import app, with_examples
@@ -11,17 +13,20 @@ from kerrcaustics.cli.endings import stop
 from kerrcaustics.cli.options import (
     COMMON,
     SKY_SOURCES,
+    UNITS_OF_MASS,
     Angles,
     CameraOptions,
     CommonOptions,
     FileName,
     MaxIndex,
+    ScaleOptions,
     SourceOptions,
 )
 from kerrcaustics.cli.outputs import check_ending, write_figure
 from kerrcaustics.cli.tables import rows_of, table_of
 from kerrcaustics.cli.terminal import (
     index_counts,
+    magnification_head,
     place_heads,
     place_in_words,
     place_of,
@@ -34,6 +39,7 @@ from kerrcaustics.cli.terminal import (
 
 if TYPE_CHECKING:
     from kerrcaustics.images.images import StarImages
+    from kerrcaustics.interop.physical_scale import PhysicalScale
 
 
 @app.command(
@@ -49,6 +55,7 @@ def images(
     max_index: MaxIndex = 2,
     figure: FileName | None = None,
     source: SourceOptions = SKY_SOURCES,
+    scaling: ScaleOptions = UNITS_OF_MASS,
     common: CommonOptions = COMMON,
 ) -> None:
     """Find all images of a star up to a Morse index, with a certificate that none is missing.
@@ -56,14 +63,16 @@ def images(
     Parameters
     ----------
     star
-        The star's place on its sphere: theta' from the spin axis and phi', degrees; with --plane: r and phi.
+        The star's place on its sphere: theta' from the spin axis and phi', degrees (the camera lies at phi' = 0); with
+        --plane: r and phi.
     figure
         Save a plot of the images among the critical curves, and the star among the caustics, to this file: .png, .pdf
         or .svg.
     """
     common.check({"--figure": figure})
     check_ending(figure)
-    end, place, viewer = source.end(), source.place("--star", star), camera.viewer()
+    scale = scaling.scale(camera)
+    end, place, viewer = source.end(), source.place("--star", star), camera.viewer(source.in_plane)
     began = time.perf_counter()
     with plain_errors(), progress() as report:
         from kerrcaustics.images.images import star_images
@@ -73,36 +82,62 @@ def images(
         seconds = time.perf_counter() - began
         if figure is not None:
             report("drawing", 1.0)
-            _draw(result, figure)
+            _draw(result, figure, scale)
     common.write_result(record(result), seconds)
-    _print_images(result, common.console())
+    _print_images(result, common.console(), scale)
     common.say_files(figure=figure)
     if not result.certified:
         stop(1, "The images are not certified: see the remarks.")
 
 
-def _draw(images: "StarImages", path: Path) -> None:
+def _draw(images: "StarImages", path: Path, scale: "PhysicalScale | None") -> None:
     from kerrcaustics.curves.caustic_search import caustics
     from kerrcaustics.draw.image_figure import images_figure
 
-    write_figure(images_figure(images, caustics(images.camera, images.max_index + 1, end=images.surface)), path)
+    curves = caustics(images.camera, images.max_index + 1, end=images.surface)
+    write_figure(images_figure(images, curves, scale), path)
 
 
-def _print_images(images: "StarImages", out: Console) -> None:
+def _print_images(images: "StarImages", out: Console, scale: "PhysicalScale | None") -> None:
     surface, camera = images.surface, images.camera
     place = place_in_words(surface, images.star)
     say(out, f"{place_of(camera)}: images of the source at {place} on {surface.in_words()}")
+    sky_unit, length, sky = camera.sky_unit, 1.0, camera.sky_coordinates
+    if scale is not None and scale.distance is not None:
+        sky_unit, length, sky = "microarcseconds", scale.microarcseconds, f"{sky} (uas)"
+    time_unit, each = ("", 1.0) if scale is None else scale.time_unit
+    rows = rows_of(images)
+    for row, ratio in zip(rows, _ratios(images), strict=True):
+        row.ratio, row.time, row.error, row.sky = ratio, row.time * each, row.error * length, row.sky * length
     columns = {
         "index": "index",
         "parity": lambda image: "+" if image.parity > 0 else "-",
-        camera.sky_coordinates: "sky:+z.5f",
+        sky: "sky:+z.5f",
         place_heads(surface)[1]: "azimuth:z.3f",
-        "magnifi\N{SOFT HYPHEN}cation": "magnification:.4g",
+        magnification_head(images): "magnification:.4g",
+        **({"ratio": "ratio:.4g"} if _has_ratio(images) else {}),
         "cross\N{SOFT HYPHEN}ings": "crossings",
         "redshift": "redshift:.5f",
         "error": "error:.0e",
-        "time": "time:z.6f",
+        f"time ({time_unit})" if time_unit else "time": "time:z.6f",
     }
-    out.print(table_of(rows_of(images), columns))
+    out.print(table_of(rows, columns))
     say_all(out, images.remarks)
-    say(out, f"{index_counts(images.per_index)}: {verdict(images.certified)}; errors on the sky in {camera.sky_unit}")
+    if _has_ratio(images):
+        say(out, "ratio: solid angle of an image by that of the star without the hole")
+    say(out, f"{index_counts(images.per_index)}: {verdict(images.certified)}; errors on the sky in {sky_unit}")
+
+
+def _has_ratio(images: "StarImages") -> bool:
+    """True for an observer who would see the star without the hole: at a finite radius, with stars at infinity."""
+    return images.camera.sky_unit != "rad" and math.isfinite(images.camera.radius) and not images.surface.finite
+
+
+def _ratios(images: "StarImages") -> list[float]:
+    """The solid angle of each image by that of the star without the hole; NaN where the star would not be seen."""
+    if not _has_ratio(images):
+        return [math.nan] * len(images)
+    radius = images.camera.radius
+    # The screen is a stereographic projection: a solid angle there covers an area larger by this, in M^2.
+    area = (radius * (1 + np.sum(images.sky**2, axis=1) / (2 * radius) ** 2)) ** 2
+    return (images.magnification / area).tolist()

@@ -14,6 +14,7 @@ from kerrcaustics.cli.endings import BadInput, stop
 from kerrcaustics.cli.film import write_film
 from kerrcaustics.cli.options import (
     COMMON,
+    UNITS_OF_MASS,
     Angles,
     CameraOptions,
     CommonOptions,
@@ -21,6 +22,7 @@ from kerrcaustics.cli.options import (
     FileName,
     Flag,
     MaxIndex,
+    ScaleOptions,
     WholeNumber,
 )
 from kerrcaustics.cli.outputs import check_ending, check_film, check_table, write_figure, write_table
@@ -28,14 +30,17 @@ from kerrcaustics.cli.tables import PlainTable
 from kerrcaustics.cli.terminal import place_of, plain_errors, progress, say, say_all, verdict
 
 if TYPE_CHECKING:
+    from kerrcaustics.interop.physical_scale import PhysicalScale
     from kerrcaustics.light_curves.results import LightCurve
     from kerrcaustics.orbits.orbit import Orbit
+    from kerrcaustics.spacetime.viewer import Viewer
 
 
 @app.command(
     **with_examples(
         "light-curve --spin 0.9 --radius 100 --inclination 60 --orbit 6 --figure spot.png",
         "light-curve --spin 0.9 --radius inf --inclination 60 --orbit 8 --source point --table light.csv",
+        "light-curve --spin 0.9 --radius inf --orbit 8 --mass 4.3e6 --distance 8180 --figure flare.png",
         "light-curve --spin 0.9 --radius 50 --orbit fall.toml --during 50 150 --table light.fits",
     )
 )
@@ -56,6 +61,7 @@ def light_curve(
     restart: Flag = False,
     table: FileName | None = None,
     save: FileName | None = None,
+    scaling: ScaleOptions = UNITS_OF_MASS,
     common: CommonOptions = COMMON,
     points: Flag = False,
 ) -> None:
@@ -109,21 +115,19 @@ def light_curve(
     common.check_points(points)
     if during is not None and not during[0] < during[1]:
         raise BadInput(f"Argument --during must be two times, the earlier first, but is {during[0]:g} {during[1]:g}.")
-    # Observers have no velocity to choose.
-    chosen = camera.observer or camera.radius == math.inf or camera.velocity is not None
-    viewer = (camera if chosen else replace(camera, velocity="static")).viewer()
+    units, way = scaling.scale(camera), _orbit(orbit)
+    if during is None and getattr(way, "period", orbit) is None:
+        raise BadInput("Argument --during must be given, as this orbit has no period.")
+    kind: Any = source or ("spot" if isinstance(way, float) else "point")
+    if film is not None and kind != "spot":
+        raise BadInput("Argument --film must be used with a spot.")
+    viewer = _viewer(camera, isinstance(way, float), kind == "spot")
     began = time.perf_counter()
-    with plain_errors({"camera": "inclination"}), progress() as report:
+    with plain_errors(), progress() as report:
         from kerrcaustics.light_curves.light_curve import light_curve as follow
         from kerrcaustics.results import storage
         from kerrcaustics.results.records import record
 
-        way: Any = _orbit(orbit)
-        if during is None and getattr(way, "period", orbit) is None:
-            raise BadInput("Argument --during must be given, as this orbit has no period.")
-        kind: Any = source or ("spot" if isinstance(way, float) else "point")
-        if film is not None and kind != "spot":
-            raise BadInput("Argument --film must be used with a spot.")
         clock: Any = times if during is None else np.linspace(*during, times)
         shining = _shining(kind, {"size": size, "crossings": crossings, "motion": motion, "power": power})
         light: Any = follow(viewer, way, clock, source=shining, max_index=max_index, progress=report)
@@ -136,16 +140,24 @@ def light_curve(
             report("drawing", 1.0)
             from kerrcaustics.draw.light_curves import light_curve_figure
 
-            write_figure(light_curve_figure(light), figure)
+            write_figure(light_curve_figure(light, units), figure)
     if film is not None:
         from kerrcaustics.draw.spot_films import light_curve_film
 
         write_film(film, lambda: light_curve_film(light), restart)
     common.write_result(record(light, camera=viewer, points=points), seconds, None)
-    _print(light, common.console())
+    _print(light, common.console(), units)
     common.say_files(figure=figure, film=film, table=table, saved=save)
     if not light.certified:
         stop(1, "Not all images are certified: see the remarks.")
+
+
+def _viewer(camera: CameraOptions, circle: bool, spot: bool) -> "Viewer":
+    """The camera, static by default; circle: the source circles in the equatorial plane."""
+    # Observers have no velocity to choose.
+    if not (camera.is_observer or camera.velocity is not None):
+        camera = replace(camera, velocity="static")
+    return (camera.off_equator() if circle else camera).viewer(spot)
 
 
 def _shining(kind: str, given: dict[str, Any]) -> Any:
@@ -173,29 +185,35 @@ def _orbit(text: str) -> "float | Orbit":
         raise BadInput(str(error).replace("Argument ORBIT", "Argument --orbit")) from None
 
 
-def _print(light: "LightCurve", out: Console) -> None:
+def _print(light: "LightCurve", out: Console, scale: "PhysicalScale | None") -> None:
     """The light of each image, the events, and the flux with its error."""
     from kerrcaustics.light_curves.results import SpotEvent
 
-    period = "" if math.isnan(light.period) else f", period {light.period:.9g}"
+    unit, each = scale.time_unit if scale else ("", 1.0)
+    # After a number, and after a head.
+    after, head = (f" {unit}", f" ({unit})") if unit else ("", "")
+    period = "" if math.isnan(light.period) else f", period {light.period * each:.9g}{after}"
     say(out, f"{place_of(light.camera)}: a {light.source} on the orbit {light.orbit}{period}")
     of_spot = light.source == "spot"
     names = light.crossing if of_spot else light.index
-    table = PlainTable(("crossing" if of_spot else "index", "of all light", "brightest", "at time", "from", "to"))
+    table = PlainTable(
+        ("crossing" if of_spot else "index", "of all light", "brightest", f"at time{head}", "from", "to")
+    )
     for name, share, emitted in zip(names.tolist(), light.shares, light.emission_time, strict=True):
-        seen = light.time[np.isfinite(emitted)]
+        seen = light.time[np.isfinite(emitted)] * each
         best = int(np.nanargmax(share)) if np.isfinite(share).any() else 0
         ends = (f"{seen.min():z.6g}", f"{seen.max():z.6g}") if len(seen) else ("", "")
         part = np.nansum(share) / np.nansum(light.flux)
-        table.add_row(str(name), f"{part:.3%}", f"{share[best]:.6g}", f"{light.time[best]:z.6g}", *ends)
+        table.add_row(str(name), f"{part:.3%}", f"{share[best]:.6g}", f"{light.time[best] * each:z.6g}", *ends)
     out.print(table)
     for event in light.events:
         place = f"crossing {event.crossing}" if isinstance(event, SpotEvent) else f"a caustic of order {event.order}"
-        say(out, f"{event.kind} of two images at {place}, time {event.moment:z.9g}, error {event.error:.0e}")
+        when = f"time {event.moment * each:z.9g}{after}, error {event.error * each:.0e}"
+        say(out, f"{event.kind} of two images at {place}, {when}")
     say_all(out, light.remarks)
     low, high = np.nanmin(light.flux), np.nanmax(light.flux)
     error = f"{np.nanmax(light.error / light.flux):.0e}"
-    unit = "sr " if light.camera.sky_unit == "rad" else "M^2 "
-    light_of = f"{unit}for a spot of unit light" if of_spot else "for luminosity 1"
+    area = "sr " if light.camera.sky_unit == "rad" else "M^2 "
+    light_of = f"{area}for a spot of unit light" if of_spot else "for luminosity 1"
     flux = f"flux of these images from {low:.6g} to {high:.6g} {light_of}, relative error at most {error}"
     say(out, f"{flux}: {verdict(light.certified)}")

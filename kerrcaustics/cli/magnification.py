@@ -18,10 +18,20 @@ from kerrcaustics.cli.options import (
     Flag,
     MaxIndex,
     SourceOptions,
+    check_degrees,
 )
 from kerrcaustics.cli.outputs import check_ending, write_figure
 from kerrcaustics.cli.tables import PlainTable
-from kerrcaustics.cli.terminal import place_in_words, place_of, plain_errors, progress, say, say_all, verdict
+from kerrcaustics.cli.terminal import (
+    magnification_head,
+    place_in_words,
+    place_of,
+    plain_errors,
+    progress,
+    say,
+    say_all,
+    verdict,
+)
 
 if TYPE_CHECKING:
     from kerrcaustics.extended_sources.magnification import Magnification
@@ -53,7 +63,8 @@ def magnification(
     Parameters
     ----------
     star
-        Place of the star's centre: theta' from the spin axis and phi', degrees; with --plane: r and phi.
+        Place of the star's centre: theta' from the spin axis and phi', degrees (the camera lies at phi' = 0); with
+        --plane: r and phi.
     size
         Radius of the star, degrees; with --source-radius or --plane a length in units of the mass, along that sphere or
         in the plane.
@@ -75,13 +86,15 @@ def magnification(
     common.check_points(points)
     end, place, shade = source.end(), source.place("--star", star), _profile(profile)
     wide = math.radians(size) if end == math.inf else size
-    viewer = camera.viewer()
+    viewer = camera.viewer(source.in_plane)
     began = time.perf_counter()
     with plain_errors({"end": "source-radius"}), progress() as report:
         from kerrcaustics.extended_sources import magnification as extended
         from kerrcaustics.results import storage
         from kerrcaustics.results.records import record
 
+        if end == math.inf:
+            check_degrees("--size", size, *extended.SIZES)
         shown = {"profile": shade, "max_index": max_index, "power": power, "end": end}
         result = extended.magnification(viewer, place, wide, **shown, progress=report)
         seconds = time.perf_counter() - began
@@ -115,7 +128,7 @@ def _print(result: "Magnification", out: Console) -> None:
     place = place_in_words(surface, result.source)
     size = f"{result.size:g} M" if surface.finite else f"{math.degrees(result.size):g} deg"
     say(out, f"{place_of(result.camera)}: a star of radius {size} at {place} on {surface.in_words()}, {result.profile}")
-    table = PlainTable(("index", "magnification", "error"))
+    table = PlainTable(("index", magnification_head(result), "error"))
     for index, share in result.per_index.items():
         table.add_row(str(index), f"{share:.9g}", f"{result.per_index_error[index]:.0e}")
     table.add_row(f"0 to {result.max_index}", f"{result.total:.9g}", f"{result.error:.0e}")

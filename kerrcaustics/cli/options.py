@@ -2,20 +2,21 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import cyclopts
 from rich.console import Console
 
-from kerrcaustics.choices import VelocityName, if_radians
+from kerrcaustics.choices import VelocityName, if_radians, place_if_radians
 from kerrcaustics.cli.endings import BadInput
 from kerrcaustics.cli.outputs import check_outputs, write_json
-from kerrcaustics.cli.terminal import console, note, plain_errors, say
+from kerrcaustics.cli.terminal import console, note, one_line_errors, plain_errors, say
 
 if TYPE_CHECKING:
     from kerrcaustics.beams.ends import EquatorialPlane
+    from kerrcaustics.interop.physical_scale import PhysicalScale
     from kerrcaustics.spacetime.viewer import Viewer
 
 
@@ -51,6 +52,9 @@ def _file_name(_type: type, tokens: Sequence[cyclopts.Token]) -> Path:
     return Path(tokens[0].value)
 
 
+# Inclinations by default, degrees: for sources in the equatorial plane the camera must not lie in it.
+_EQUATOR, _OFF_EQUATOR = 90.0, 60.0
+
 _HIGHEST_INDEX = "Highest Morse index, 0 to 6: the number of times a beam of light was focused to a line on its way."
 
 Flag = Annotated[bool, cyclopts.Parameter(negative=())]
@@ -80,7 +84,8 @@ class CameraOptions:
     radius
         Boyer-Lindquist radius of the camera, in units of the mass; inf for an observer at infinity.
     inclination
-        Angle of the camera from the spin axis, degrees: 90 is the equator.
+        Angle of the camera from the spin axis, degrees: 90 is the equator. By default 90; 60 if the sources lie in the
+        equatorial plane, which the camera must then avoid.
     velocity
         Motion of the camera: on a circular geodesic orbit, with the fiducial observer, or static. By default
         circular if there is such an orbit, else fiducial.
@@ -91,30 +96,47 @@ class CameraOptions:
 
     spin: float
     radius: float
-    inclination: PolarAngle = 90.0
+    inclination: PolarAngle | None = None
     velocity: VelocityName | None = None
     observer: Flag = False
 
-    def viewer(self) -> "Viewer":
-        """The camera or the observer that the options describe."""
-        self._note_radians()
-        if not (self.observer or self.radius == math.inf):
+    def viewer(self, sources_in_plane: bool = False) -> "Viewer":
+        """The camera or the observer that the options describe; BadInput for one in the plane of its sources."""
+        if self.inclination is not None and (line := if_radians("--inclination", self.inclination)):
+            note(line)
+        if sources_in_plane and self.inclination is None:
+            return self.off_equator().viewer()
+        degrees = _EQUATOR if self.inclination is None else self.inclination
+        viewer = self._viewer(math.radians(degrees))
+        if sources_in_plane and viewer.on_equator:
+            raise BadInput(
+                f"Argument --inclination must not be {degrees:.12g} degrees, the equatorial plane, as the sources lie "
+                f"in that plane: try {_OFF_EQUATOR:g}."
+            )
+        return viewer
+
+    @property
+    def is_observer(self) -> bool:
+        """True for an observer, who measures places in units of the mass; False for a camera."""
+        return self.observer or self.radius == math.inf
+
+    def off_equator(self) -> "CameraOptions":
+        """The same, with the inclination off the equator if none is given."""
+        return replace(self, inclination=_OFF_EQUATOR) if self.inclination is None else self
+
+    def _viewer(self, inclination: float) -> "Viewer":
+        if not self.is_observer:
             with plain_errors():
                 from kerrcaustics.spacetime.camera import Camera
 
-                return Camera(self.spin, self.radius, math.radians(self.inclination), self.velocity)
+                return Camera(self.spin, self.radius, inclination, self.velocity)
         if self.velocity not in (None, "fiducial"):
             where = "with --observer" if self.observer else "at infinity"
             raise BadInput(f"Argument --velocity must be fiducial {where}, but is {self.velocity}.")
         with plain_errors():
             from kerrcaustics.spacetime.observer import Observer
 
-            return Observer(spin=self.spin, radius=self.radius, inclination=math.radians(self.inclination))
-
-    def _note_radians(self) -> None:
-        """Say so where the inclination looks like one in radians."""
-        if line := if_radians("--inclination", self.inclination):
-            note(line)
+            return Observer(spin=self.spin, radius=self.radius, inclination=inclination)
 
 
 @cyclopts.Parameter(name="*")
@@ -144,10 +166,25 @@ class SourceOptions:
 
         return EquatorialPlane(self.plane)
 
+    @property
+    def in_plane(self) -> bool:
+        """True for sources in the equatorial plane."""
+        return self.plane is not None
+
     def place(self, argument: str, place: tuple[float, float]) -> tuple[float, float]:
+        """The place of a source, radians, from degrees, or from r and degrees; with a note if it looks like radians."""
+        if line := self.if_radians(argument, place):
+            note(line)
+        return self.radians(argument, place)
+
+    def if_radians(self, argument: str, place: tuple[float, float]) -> str:
+        """A line about a place whose angles are probably in radians; empty for others."""
+        return if_radians(f"phi of {argument}", place[1]) if self.in_plane else place_if_radians(argument, *place)
+
+    def radians(self, argument: str, place: tuple[float, float]) -> tuple[float, float]:
         """The place of a source, radians, from degrees, or from r and degrees."""
         if self.plane is None:
-            return radians(argument, place)
+            return _radians(argument, place)
         radius, phi = place
         if not (math.isfinite(radius) and math.isfinite(phi)):
             raise BadInput(f"Argument {argument} must be a finite r and phi, but is {radius:g} {phi:g}.")
@@ -156,6 +193,44 @@ class SourceOptions:
 
 SKY_SOURCES = SourceOptions()
 """The celestial sphere."""
+
+
+@cyclopts.Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class ScaleOptions:
+    """The hole in physical units.
+
+    Attributes
+    ----------
+    mass
+        Mass of the hole in solar masses: the table and the figure then give times in minutes (in seconds or days if one
+        M is much shorter or longer).
+    distance
+        Distance of the observer in parsecs, with --mass and --observer or --radius inf: the table and the figure then
+        give places on the sky in microarcseconds.
+    """
+
+    mass: float | None = None
+    distance: float | None = None
+
+    def scale(self, camera: CameraOptions) -> "PhysicalScale | None":
+        """The value of one M; BadInput for a distance that nothing uses."""
+        if self.distance is not None and self.mass is None:
+            raise BadInput("Argument --distance must be used with --mass.")
+        if self.distance is not None and not camera.is_observer:
+            raise BadInput(
+                "Argument --distance must be used with --observer or --radius inf: a camera measures angles."
+            )
+        if self.mass is None:
+            return None
+        with plain_errors():
+            from kerrcaustics.interop.physical_scale import PhysicalScale
+
+            return PhysicalScale(self.mass, self.distance)
+
+
+UNITS_OF_MASS = ScaleOptions()
+"""Times and places in units of the mass."""
 
 
 @cyclopts.Parameter(name="*")
@@ -228,16 +303,35 @@ class WorkerOptions:
         if self.workers is not None and self.scheduler is not None:
             raise BadInput("Arguments --workers and --scheduler: only one of them can be given.")
 
+    def announce(self) -> None:
+        """Say where the dashboard of the cluster is; refuse a scheduler that does not answer."""
+        if self.scheduler is None:
+            return
+        with one_line_errors(), plain_errors():
+            from kerrcaustics.workers.places import check_place, dashboard_of
+
+            check_place(self.workers, self.scheduler)
+            link = dashboard_of(self.scheduler)
+        if link is not None:
+            say(console(stderr=True), f"Dashboard: {link}")
+
 
 HERE = WorkerOptions()
 """No other process."""
 
 
-def radians(argument: str, angles: tuple[float, float]) -> tuple[float, float]:
+def check_degrees(argument: str, degrees: float, least: float, most: float) -> None:
+    """Refuse an angle in degrees outside a range that is given in radians."""
+    if not least <= math.radians(degrees) <= most:
+        limits = f"[{math.degrees(least):.6g}, {math.degrees(most):.6g}]"
+        raise BadInput(f"Argument {argument} must lie in {limits} degrees, but is {degrees:.12g}.")
+
+
+def _radians(argument: str, angles: tuple[float, float]) -> tuple[float, float]:
     """Place on the celestial sphere, radians, of theta' and phi' in degrees."""
     theta, phi = angles
     if not 0 <= theta <= 180:
-        raise BadInput(f"Argument {argument} must have a theta' in [0, 180] degrees, but it is {theta:g}.")
+        raise BadInput(f"Argument {argument} must have a theta' in [0, 180] degrees, but it is {theta:.12g}.")
     if not math.isfinite(phi):
         raise BadInput(f"Argument {argument} must have a finite phi', but it is {phi:g}.")
     return math.radians(theta), math.radians(phi)

@@ -89,9 +89,9 @@ def check_table(table: Path | None) -> None:
     _check_ending("--table", table, *_TABLE)
 
 
-def check_page(page: Path | None) -> None:
+def check_page(page: Path | None, argument: str = "--page") -> None:
     """Refuse pages that do not look like pages."""
-    _check_ending("--page", page, *_PAGE)
+    _check_ending(argument, page, *_PAGE)
 
 
 def write_table(result: "RowTable", table: Path) -> None:

@@ -13,7 +13,7 @@ from kerrcaustics.choices import suggestion
 from kerrcaustics.cli.app import app, with_examples
 from kerrcaustics.cli.endings import BadInput, one_line, stop
 from kerrcaustics.cli.options import COMMON, CommonOptions, FileName
-from kerrcaustics.cli.outputs import check_outputs, make_folder
+from kerrcaustics.cli.outputs import check_outputs, check_page, make_folder
 from kerrcaustics.cli.script_names import script_names
 from kerrcaustics.cli.terminal import say
 
@@ -96,6 +96,7 @@ def report(
     if not os.path.isdir(folder):
         raise BadInput(f"Argument FOLDER must be a folder that exists, but is {folder}.")
     common.check({"--output": output})
+    check_page(output, "--output")
     names = script_names(STUDIES, "Studies") if run else STUDIES.names()
     records = _records(folder)
     failed = _run_missing([name for name in names if name not in records], folder) if run else []

@@ -21,34 +21,42 @@ if TYPE_CHECKING:
 _SHOWN = 20
 
 
-@app.command(**with_examples("sweep scene.toml --workers 2 --output sweep.zarr"))
+@app.command(**with_examples("sweep sweep.toml --workers 2 --output sweep.zarr", "sweep --status sweep.zarr"))
 def sweep(
-    scene: FileName,
+    file: FileName | None = None,
     /,
     *,
     output: FileName | None = None,
+    status: FileName | None = None,
     workers: WorkerOptions = HERE,
     resume: Annotated[bool, cyclopts.Parameter(negative="--no-resume")] = True,
     retry: Flag = False,
     common: CommonOptions = COMMON,
 ) -> None:
-    """Compute caustics over spin, radius and inclination, as specified in a scene file, and write one zarr store.
+    """Compute caustics over spin, radius and inclination, as specified in a sweep file, and write one zarr store.
 
     An interrupted sweep resumes when the command is run again.
 
     Parameters
     ----------
-    scene
-        The scene, a TOML file: see docs/sweeps.md.
+    file
+        The sweep file, TOML: see docs/sweeps.md.
     output
-        The store; by default in the current folder, named after the scene, with the ending .zarr.
+        The store; by default in the current folder, named after the sweep file, with the ending .zarr.
+    status
+        Instead of a sweep file: print how far the sweep with this store is, also while it runs, and compute nothing.
     resume
         Continue a store that exists; with --no-resume, such a store is an error.
     retry
         Retry the points that failed before.
     """
+    if status is not None:
+        _print_status(file, output, status, common)
+        return
+    if file is None:
+        raise BadInput("Argument FILE must be given.")
     workers.check()
-    store = output or Path(f"{scene.stem}.zarr")
+    store = output or Path(f"{file.stem}.zarr")
     check_store("--output", store)
     common.check()
     if store.exists() and not resume:
@@ -56,7 +64,7 @@ def sweep(
     on_interrupt(
         lambda: f"what was computed is kept in {store}; start again to resume." if store.exists() else NOTHING_LEFT
     )
-    result = _run(scene, store, workers, retry)
+    result = _run(file, store, workers, retry)
     from kerrcaustics.results.records import record
 
     done = f"{result.before} done before, {result.points - result.before} computed now, {len(result.failures)} failed"
@@ -69,22 +77,45 @@ def sweep(
         say(out, f"{len(result.mended)} files that describe the store were lost or altered, and have been rewritten")
     say(out, f"Store: {store}")
     if result.failures:
-        sys.stderr.write("".join(f"failed: {line}\n" for line in result.failures[:_SHOWN]))
-        if (more := len(result.failures) - _SHOWN) > 0:
-            sys.stderr.write(f"... and {more} more; status and reason in the store list them all\n")
+        _write_failures(result.failures)
         stop(1, f"{len(result.failures)} of {result.points} points failed.")
 
 
-def _run(scene: Path, store: Path, workers: WorkerOptions, retry: bool) -> "SweepResult":
+def _write_failures(failures: tuple[str, ...]) -> None:
+    sys.stderr.write("".join(f"failed: {line}\n" for line in failures[:_SHOWN]))
+    if (more := len(failures) - _SHOWN) > 0:
+        sys.stderr.write(f"... and {more} more; open_sweep(STORE).reason has them all (docs/sweeps.md)\n")
+
+
+def _print_status(file: Path | None, output: Path | None, store: Path, common: CommonOptions) -> None:
+    """How far the sweep of a store is."""
+    for name, value in (("FILE", file), ("--output", output)):
+        if value is not None:
+            raise BadInput(f"Argument {name} must not be used with --status.")
+    common.check()
+    with one_line_errors(), plain_errors({"path": "status"}):
+        from kerrcaustics.sweeps.opened import sweep_status
+
+        state = sweep_status(store)
+    common.write({"schema": "kerrcaustics/sweep-status/1", "store": str(store), **asdict(state)})
+    now = "; a sweep is writing to it now" if state.running else ""
+    counts = f"{state.done} done, {state.failed} failed, {state.missing} not computed yet"
+    say(common.console(), f"{store}: {state.points} points: {counts}{now}")
+    _write_failures(state.failures)
+
+
+def _run(file: Path, store: Path, workers: WorkerOptions, retry: bool) -> "SweepResult":
     def unwritten(reason: str) -> str:
         kept = "What it holds is kept; start again to resume." if store.exists() else "None of it is left."
         return f"The store {store} cannot be written: {reason}. {kept}"
 
-    with one_line_errors(unwritten), plain_errors({"path": "output"}), progress(left=True) as report:
+    with one_line_errors(unwritten), plain_errors({"path": "output"}):
         from kerrcaustics.sweeps.scene import read_scene
 
         # What is wrong with the file is said before the engines are loaded.
-        points = read_scene(scene)
+        points = read_scene(file)
         from kerrcaustics.sweeps.run import sweep as run
 
-        return run(points, store, retry=retry, progress=report, **asdict(workers))
+        workers.announce()
+        with progress(left=True) as report:
+            return run(points, store, retry=retry, progress=report, **asdict(workers))

@@ -6,11 +6,12 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
 from kerrcaustics.cli.endings import BadInput, one_line, stop
+from kerrcaustics.results.progress import DONE
 from kerrcaustics.results.time_left import TimeLeft, clock_in_words
 
 if TYPE_CHECKING:
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
 FIRST_LINE = 5.0
 """Seconds after which a command that is at work without a terminal says so."""
+# What a command does after its search, before it says what it does.
+_WRITING = "writing the results"
 # Seconds between lines about progress where there is no terminal.
 _PAUSE = 20.0
 
@@ -88,6 +91,14 @@ def place_cells(surface: "End", place: Iterable[float], digits: int = 8) -> list
     """A place on a surface, angles in degrees, as cells of a table."""
     pairs = zip(surface.coordinates, place, strict=True)
     return [f"{math.degrees(x) if each.unit == 'rad' else x:z.{digits}g}" for each, x in pairs]
+
+
+def magnification_head(result: Any) -> str:
+    """The head of a column of magnifications, with their unit if they are no ratios."""
+    from kerrcaustics.results.units import magnification_unit
+
+    unit = magnification_unit(result)
+    return f"magnifi\N{SOFT HYPHEN}cation ({unit})" if unit else "magnifi\N{SOFT HYPHEN}cation"
 
 
 def index_counts(per_index: dict[int, int]) -> str:
@@ -160,7 +171,9 @@ def progress(prefix: str = "", left: bool = False, at_once: int = 1) -> Iterator
 
         def report_on_bar(what: str, part: float) -> None:
             estimate.note(time.monotonic(), part)
-            bar.update(task, description=f"{prefix}{what}", completed=part)
+            bar.update(task, description=f"{prefix}{_WRITING if what == DONE else what}", completed=part)
+            # A bar that is full while there is still work runs to and fro.
+            bar.tasks[0].total = 1.0 if part < 1 else None
 
         yield report_on_bar
 
@@ -203,9 +216,10 @@ class _ProgressLines:
 
     def _report(self, what: str, part: float) -> None:
         now = time.monotonic()
-        self._what = what
+        self._what = _WRITING if what == DONE else what
         self._estimate.note(now, part)
-        if now - self._last >= _PAUSE:
+        # What follows says itself what was done.
+        if what != DONE and now - self._last >= _PAUSE:
             self._last = now
             self._write(_time_left(self._estimate.seconds_left(now) if part < 1 else None))
 

@@ -72,7 +72,7 @@ def tracks(
     check_ending(figure)
     check_film(film)
     argument, level = _level(star_theta, orbit, film, source)
-    end, viewer = source.end(), camera.viewer()
+    end, viewer = source.end(), camera.viewer(source.in_plane)
     if source.plane is None:
         _check_orbit(viewer)
     began = time.perf_counter()

@@ -1,6 +1,6 @@
 """Errors of usage of the command line, as one line that names the argument and what it must be."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
@@ -30,37 +30,62 @@ def _unknown_command(error: Any) -> str:
 
 
 def _unknown_option(error: Any) -> str:
-    names = [name for one in error.argument_collection for name in one.names]
-    return _unknown(error, error.token.keyword or error.token.value, names)
+    words = _unknown_options(error) or [(error.token.keyword or error.token.value).partition("=")[0]]
+    return _unknown_and_missing(error, words, _missing(error))
 
 
-def _unknown(error: cyclopts.CycloptsError, word: str, names: Iterable[str]) -> str:
-    option = word.partition("=")[0]
-    end = suggestion(option, names)
-    if end == ".":
-        end = f"; {_command(error)} --help lists all options."
-    return f"Argument {option} is unknown{end}"
+def _unknown_and_missing(error: cyclopts.CycloptsError, unknown: list[str], missing: list[str]) -> str:
+    """Line about options that the command does not have, and arguments that it lacks."""
+    names = [name for one in _arguments(error) for name in _names(one)]
+    meant = {word: suggestion(word, names) for word in unknown}
+    # Misspelt, it is not missing.
+    missing = [name for name in missing if not any(end.endswith(f" {name}?") for end in meant.values())]
+    lines = [f"{_listed([word])} is unknown{end}" for word, end in meant.items() if end != "."]
+    strange = [word for word, end in meant.items() if end == "."]
+    parts = [f"{_listed(strange)} {'is' if len(strange) == 1 else 'are'} unknown"] if strange else []
+    parts += [f"{_listed(missing)} must be given"] if missing else []
+    if parts:
+        more = f"; {_command(error)} --help lists all options." if strange else "."
+        lines.append(", and a".join([parts[0], *(part[1:] for part in parts[1:])]) + more)
+    return " ".join(lines)
+
+
+def _listed(names: list[str]) -> str:
+    """Names of arguments, as the subject of a sentence."""
+    return f"Argument{'s' * (len(names) > 1)} " + " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
+
+
+def _unknown_options(error: cyclopts.CycloptsError) -> list[str]:
+    """The options on the command line that the command does not have."""
+    words = [token.partition("=")[0] for token in error.root_input_tokens or () if token.startswith("--")]
+    return [word for word in dict.fromkeys(words) if len(word) > 2 and _is_unknown(error, word)]
+
+
+def _missing(error: cyclopts.CycloptsError) -> list[str]:
+    """The options that must be given and are not."""
+    given = {token.partition("=")[0] for token in error.root_input_tokens or ()}
+    return [_name(one) for one in _arguments(error) if one.required and one.names and _is_absent(one, given)]
+
+
+def _is_absent(argument: Any, given: set[str]) -> bool:
+    return argument.name.startswith("-") and given.isdisjoint(argument.names)
 
 
 def _no_value(error: Any) -> str:
-    """Line about a missing value, or a missing argument."""
+    """Line about a missing value, or about all arguments that are missing."""
     argument = error.argument
     name = _name(argument)
     options = [token for token in error.root_input_tokens or () if token in argument.names]
-    for token in [] if options else error.unused_tokens or ():
-        # Misspelt, it is missing too.
-        similar = suggestion(token.partition("=")[0], argument.names) != "."
-        if token.startswith("--") and similar and _is_unknown(error, token):
-            return _unknown(error, token, argument.names)
     if error.tokens_so_far:
         return f"Argument {name} must be {_values(argument)}, but is {' '.join(error.tokens_so_far)}."
     if options:
         return f"Argument {options[-1]} must be followed by {_values(argument)}."
-    return f"Argument {name} must be given."
+    missing = list(dict.fromkeys([name, *_missing(error)]))
+    return _unknown_and_missing(error, _unknown_options(error), missing)
 
 
 def _is_unknown(error: cyclopts.CycloptsError, token: str) -> bool:
-    return all(token.partition("=")[0] not in one.names for one in _arguments(error))
+    return all(token.partition("=")[0] not in _names(one) for one in _arguments(error))
 
 
 def _too_many(error: Any) -> str:
@@ -103,6 +128,11 @@ def _repeated(error: Any) -> str:
 def _arguments(error: cyclopts.CycloptsError) -> Sequence[Any]:
     """The arguments of the command."""
     return [] if error.app is None else list(error.app.assemble_argument_collection())
+
+
+def _names(argument: Any) -> list[str]:
+    """The names of an option, without --empty-star and the like, which the parser adds and the commands do not have."""
+    return [name for name in argument.names if not name.startswith("--empty-")]
 
 
 def _name(argument: Any) -> str:

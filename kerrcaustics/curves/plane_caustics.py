@@ -140,7 +140,7 @@ def plane_caustics(
 
     circles: the circles of the crossing, on many lines or few.
     """
-    report("sky searched", 0.0)
+    report("rays all over the sky", 0.0)
     grid, used = _grid_and_circles(circles)
     curves: list[Caustic] = []
     for order in in_steps("order", range(1, orders + 1)):

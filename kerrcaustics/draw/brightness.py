@@ -13,6 +13,7 @@ from kerrcaustics.draw.projection import TURNS
 from kerrcaustics.draw.tracks import all_events, index_line, stretches
 from kerrcaustics.images.images import StarImages
 from kerrcaustics.numerics.matching import best_matches
+from kerrcaustics.results.units import magnification_unit
 from kerrcaustics.shapes import Float
 from kerrcaustics.tracks.events import PairEvent
 from kerrcaustics.tracks.tracks import StarTracks
@@ -51,7 +52,7 @@ def brightness(ax: Axes, tracks: StarTracks, start: float, end: float) -> Axes:
             brightest = max(brightest, _ABOVE_USUAL * float(np.nanmedian(strand)))
     _event_verticals(ax, events)
     style.log_axis(ax, faintest / 2, brightest, ticks=7)
-    ax.set(xlim=(start, end), xlabel="coordinate time (M)", ylabel="magnification")
+    ax.set(xlim=(start, end), xlabel="coordinate time (M)", ylabel=_magnification_name(tracks))
     ax.xaxis.set_major_locator(MaxNLocator(6))
     return ax
 
@@ -69,12 +70,15 @@ def brightness_by_azimuth(ax: Axes, tracks: StarTracks) -> Axes:
             for turn in (-720, *TURNS, 720):
                 ax.plot(phi - 360 * np.floor(phi.min() / 360) + turn, magnification, **index_line(index))
     _event_verticals(ax, [(math.degrees(event.star[1]), event) for event in all_events(tracks)])
-    power = (tracks.camera.sky_unit != "rad") - (tracks.surface.coordinates[0].unit != "rad")
-    unit = {-1: " (1/M²)", 0: "", 1: " (M²)"}[power]
-    ax.set(yscale="log", xlim=(0, 360), xlabel="azimuth of the source (deg)", ylabel=f"magnification{unit}")
+    ax.set(yscale="log", xlim=(0, 360), xlabel="azimuth of the source (deg)", ylabel=_magnification_name(tracks))
     ax.set_ylim(top=_ABOVE_PIECE * max(usual))
     ax.xaxis.set_major_locator(MultipleLocator(90))
     return ax
+
+
+def _magnification_name(tracks: StarTracks) -> str:
+    unit = magnification_unit(tracks).replace("^2", "²")
+    return f"magnification ({unit})" if unit else "magnification"
 
 
 def _event_verticals(ax: Axes, events: Iterable[tuple[float, PairEvent]]) -> None:

@@ -15,6 +15,7 @@ from kerrcaustics.draw.sky_axes import draw_places
 from kerrcaustics.draw.sky_results import caustics_on_surface, image_places
 from kerrcaustics.draw.titles import headline, place_in_words
 from kerrcaustics.images.images import StarImages
+from kerrcaustics.interop.physical_scale import PhysicalScale
 from kerrcaustics.shapes import Float
 
 Array = np.ndarray
@@ -22,7 +23,7 @@ Array = np.ndarray
 _STAR: dict[str, Any] = {"marker": "*", "markersize": 11, "color": STAR_COLOUR, "markeredgecolor": "white", "zorder": 3}
 
 
-def images_figure(images: StarImages, caustics: CausticSet) -> Figure:
+def images_figure(images: StarImages, caustics: CausticSet, scale: PhysicalScale | None = None) -> Figure:
     """Figure of the images of a source: the camera sky, and its surface with the caustics, 7 inches wide.
 
     Parameters
@@ -30,6 +31,8 @@ def images_figure(images: StarImages, caustics: CausticSet) -> Figure:
     images : StarImages
     caustics : CausticSet
         Of the same camera and surface, orders to max_index + 1.
+    scale : PhysicalScale, optional
+        With a distance: an observer's sky is in microarcseconds.
 
     Returns
     -------
@@ -37,7 +40,9 @@ def images_figure(images: StarImages, caustics: CausticSet) -> Figure:
         Save it with `figure.savefig`. A title says where the source is, and who sees it.
     """
     source = np.array([images.star]), {"label": "source", **_STAR}
-    return sky_and_source(lambda ax: image_places(ax, images, caustics=caustics), caustics, images.star, source)
+    return sky_and_source(
+        lambda ax: image_places(ax, images, caustics=caustics, scale=scale), caustics, images.star, source
+    )
 
 
 def sky_and_source(

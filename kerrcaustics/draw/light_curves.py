@@ -16,6 +16,7 @@ from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import about_shadow, whole_line
 from kerrcaustics.draw.sky_axes import name_sky_axes
 from kerrcaustics.draw.titles import viewer_in_words
+from kerrcaustics.interop.physical_scale import PhysicalScale
 from kerrcaustics.light_curves.results import LightCurve, LightEvent
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.shadow import shadow_edge
@@ -36,14 +37,17 @@ _NEAR = 6.0
 _NUMERALS = ("first", "second", "third", "fourth", "fifth", "sixth")
 
 
-def light_curve_figure(light: LightCurve) -> Figure:
-    """Flux against time; below, the images about the shadow, where pairs are born and die, and the centroid's path."""
+def light_curve_figure(light: LightCurve, scale: PhysicalScale | None = None) -> Figure:
+    """Flux against time; below, the images about the shadow, where pairs are born and die, and the centroid's path.
+
+    scale: mass of the hole, for times in minutes; with a distance, for an observer's sky in microarcseconds.
+    """
     with rc_context(style.RC):
         figure = Figure(figsize=(style.PAGE_WIDTH, 6.9), layout="constrained")
         upper, lower = figure.subplots(2, 1, height_ratios=[1, 1.2])
-        own: Any = show_flux(upper, light).get_legend()
+        own: Any = show_flux(upper, light, scale).get_legend()
         own.remove()
-        show_images(lower, light)
+        show_images(lower, light, scale)
         entries = _entries(upper, lower)
         figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=4)
         figure.suptitle(f"{in_words(light)}; {viewer_in_words(light.camera)}")
@@ -90,25 +94,31 @@ def _event_mark(light: LightCurve, event: LightEvent) -> dict[str, Any]:
     return {**style.event_mark(event.kind), "markeredgecolor": colour(event.order), "label": event.kind}
 
 
-def show_flux(ax: Axes, light: LightCurve) -> Axes:
-    """The flux, what each image adds to it, and when images are created (up) and annihilated (down)."""
+def show_flux(ax: Axes, light: LightCurve, scale: PhysicalScale | None = None) -> Axes:
+    """The flux, what each image adds to it, and when images are created (up) and annihilated (down).
+
+    scale: of the time, which is in M without one.
+    """
+    unit, each = ("M", 1.0) if scale is None else scale.time_unit
     order = np.argsort(light.time)
-    time, named = light.time[order], set()
+    time, named = each * light.time[order], set()
     ax.semilogy(time, light.flux[order], color="black", label="all")
     for line in _lines(light):
         label = None if line.label in named else line.label
         ax.semilogy(time, line.share[order], color=line.colour, lw=1, label=label)
         named.add(line.label)
     for event in light.events:
-        ax.axvline(event.moment, color=style.GUIDE_COLOUR, lw=0.6, zorder=0.5)
-        ax.plot([event.moment], [1.0], transform=ax.get_xaxis_transform(), clip_on=False, **_event_mark(light, event))
+        ax.axvline(each * event.moment, color=style.GUIDE_COLOUR, lw=0.6, zorder=0.5)
+        ax.plot(
+            [each * event.moment], [1.0], transform=ax.get_xaxis_transform(), clip_on=False, **_event_mark(light, event)
+        )
     most = np.nanmax(light.flux, initial=0.0)
     if most > 0:
         ax.set_ylim(_FAINTEST * most, 2 * most)
     if time[-1] > time[0]:
         ax.set_xlim(time[0], time[-1])
     of_spot = f"flux of a unit spot ({sky_area(light.camera)})"
-    ax.set(xlabel="time of the viewer (M)", ylabel=of_spot if light.source == "spot" else "flux for luminosity 1")
+    ax.set(xlabel=f"time of the viewer ({unit})", ylabel=of_spot if light.source == "spot" else "flux for luminosity 1")
     entries = _entries(ax)
     ax.legend(entries.values(), entries.keys(), ncols=2, fontsize="small")
     return ax
@@ -120,7 +130,7 @@ def _entries(*panels: Axes) -> dict[str, Any]:
     return {label: handle for handles, labels in listed for handle, label in zip(handles, labels, strict=True)}
 
 
-def show_images(ax: Axes, light: LightCurve) -> None:
+def show_images(ax: Axes, light: LightCurve, scale: PhysicalScale | None = None) -> None:
     """The images about the shadow; creations (up), annihilations (down), and the path of the centroid (grey).
 
     Of a spot they are the whole images of its orbit, of others their paths within the times.
@@ -138,7 +148,7 @@ def show_images(ax: Axes, light: LightCurve) -> None:
     ax.plot(*path.T, color="0.4", lw=0.8, ls=(0, (4, 2)), label="centroid of all light")
     for event in light.events:
         ax.plot(*about_shadow(light.camera, event.sky[None]).T, **_event_mark(light, event))
-    name_sky_axes(ax, light.camera.sky_unit)
+    name_sky_axes(ax, light.camera.sky_unit, scale)
 
 
 def sky_area(viewer: Viewer) -> str:

@@ -25,7 +25,7 @@ from kerrcaustics.curves.tubes import CausticTube
 from kerrcaustics.draw import sky_results, source_images, style
 from kerrcaustics.draw.light_curves import show_flux, sky_area
 from kerrcaustics.draw.scenes import show_picture
-from kerrcaustics.draw.sky_axes import REACH, from_above, from_the_side, is_sphere
+from kerrcaustics.draw.sky_axes import REACH, checked_scale, from_above, from_the_side, is_sphere
 from kerrcaustics.draw.solids import CAPTURED_COLOUR, DISK_COLOUR, DISK_RIM_COLOUR
 from kerrcaustics.draw.titles import viewer_in_words
 from kerrcaustics.draw.waves import amplification_curve, intensity
@@ -51,9 +51,12 @@ _SMALL = (4.4, 2.9)
 _BY = "for 1, GM/c² or rad"
 
 
-def light_curve(ax: Axes, light: LightCurve) -> Axes:
-    """The flux and what each image adds to it, with creations (up) and annihilations (down)."""
-    return show_flux(ax, light)
+def light_curve(ax: Axes, light: LightCurve, *, scale: object = None) -> Axes:
+    """The flux and what each image adds to it, with creations (up) and annihilations (down).
+
+    `scale`: a `PhysicalScale`, for times in minutes.
+    """
+    return show_flux(ax, light, checked_scale(scale))
 
 
 def line_profile(ax: Axes, profile: LineProfile) -> Axes:

@@ -10,15 +10,18 @@ from typing import Any
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.colors import ListedColormap
 from matplotlib.patheffects import withStroke
-from matplotlib.ticker import FuncFormatter, MultipleLocator
+from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
 from kerrcaustics.beams.ends import End
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import OVERLAP, azimuthal_equidistant, smoothed, whole_line
+from kerrcaustics.interop.physical_scale import PhysicalScale
 from kerrcaustics.shapes import Float, Int
+from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
@@ -46,11 +49,49 @@ def camera_sky_axes(ax: Axes, step: float, unit: str = "rad") -> Axes:
     return name_sky_axes(ax, unit)
 
 
-def name_sky_axes(ax: Axes, unit: str = "rad") -> Axes:
-    """Name the axes of a picture of the camera sky, and what is 0 on them; of an Observer alpha and beta."""
+def name_sky_axes(ax: Axes, unit: str = "rad", scale: PhysicalScale | None = None) -> Axes:
+    """Name the axes of a picture of the camera sky, and what is 0 on them; of an Observer alpha and beta.
+
+    scale: with a distance, the ticks of alpha and beta are in microarcseconds.
+    """
     right, up = _SKY_NAMES if unit == "rad" else _SCREEN_NAMES
     ax.set(xlabel=right, ylabel=up, aspect="equal")
+    if unit != "rad" and scale is not None and scale.distance is not None:
+        for axis in (ax.xaxis, ax.yaxis):
+            _in_unit(axis, scale.microarcseconds)
+        ax.set(xlabel="α (µas)", ylabel="β (µas)")
     return ax
+
+
+def checked_scale(scale: object) -> PhysicalScale | None:
+    """The argument `scale` of a plot; raise ValueError unless it is a PhysicalScale or None."""
+    if scale is None or isinstance(scale, PhysicalScale):
+        return scale
+    raise ValueError(f"Argument `scale` must be a PhysicalScale, but is {type(scale).__name__}.")
+
+
+def sky_length(viewer: Viewer, scale: PhysicalScale | None = None) -> tuple[str, float]:
+    """Unit of lengths on pictures of a viewer's sky, as `name_sky_axes` has it, and what is drawn as 1 in it."""
+    if viewer.sky_unit == "rad":
+        return "deg", 1.0
+    return ("M", 1.0) if scale is None or scale.distance is None else ("µas", scale.microarcseconds)
+
+
+class _TicksInUnit(MaxNLocator):
+    """Ticks at round numbers of a unit, of which one M is `each`."""
+
+    def __init__(self, each: float) -> None:
+        super().__init__(nbins="auto", steps=[1, 2, 2.5, 5, 10])
+        self._each = each
+
+    def tick_values(self, vmin: float, vmax: float) -> Any:
+        return np.asarray(super().tick_values(vmin * self._each, vmax * self._each)) / self._each
+
+
+def _in_unit(axis: Axis, each: float) -> None:
+    """Ticks in a unit of which one M is `each`; what is drawn stays in M."""
+    axis.set_major_locator(_TicksInUnit(each))
+    axis.set_major_formatter(FuncFormatter(lambda place, _: style.number(place * each)))
 
 
 def unrolled_axes(ax: Axes, unit: str = "rad") -> Axes:

@@ -23,6 +23,7 @@ from kerrcaustics.draw.projection import about_shadow, azimuthal_equidistant, br
 from kerrcaustics.draw.sky_axes import (
     caustics_on_sphere,
     celestial_sphere_axes,
+    checked_scale,
     draw_from_above,
     draw_places,
     draw_totals,
@@ -31,6 +32,7 @@ from kerrcaustics.draw.sky_axes import (
     is_sphere,
     name_sky_axes,
     on_axes,
+    sky_length,
     source_axes,
 )
 from kerrcaustics.draw.titles import viewer_in_words
@@ -154,13 +156,15 @@ def star_counts(ax: Axes, counts: ImageCounts) -> Axes:
     return draw_totals(ax, counts.surface, counts.stars, counts.total)
 
 
-def image_places(ax: Axes, images: StarImages, *, caustics: CausticSet | None = None) -> Axes:
+def image_places(ax: Axes, images: StarImages, *, caustics: CausticSet | None = None, scale: object = None) -> Axes:
     """Images on the camera sky, with shadow and critical curves: a colour for each index, larger where brighter.
 
     An image far out, twice as far as the farthest critical curve, is an arrow at the rim, with its distance.
 
-    `caustics`: of the same camera and surface, where they are known.
+    `caustics`: of the same camera and surface, where they are known; `scale`: a `PhysicalScale` with a distance, for
+    an observer's sky in microarcseconds.
     """
+    units = checked_scale(scale)
     places, reach = about_shadow(images.camera, images.sky), math.inf
     if not ax.has_data():
         shadow(ax, images.camera)
@@ -176,19 +180,21 @@ def image_places(ax: Axes, images: StarImages, *, caustics: CausticSet | None = 
         label = {"label": f"index {k}"} if k not in indices[:i] else {}
         ax.plot(*np.where(far[i], np.nan, place)[:, None], **label, **mark)
     for i in np.flatnonzero(far):
-        _point_out_far(ax, places[i], style.index_colour(indices[i]), "deg" if images.camera.sky_unit == "rad" else "M")
+        _point_out_far(ax, places[i], style.index_colour(indices[i]), sky_length(images.camera, units))
+    if units is not None:
+        name_sky_axes(ax, images.camera.sky_unit, units)
     return labelled_once(ax, **legend_beside(ax))
 
 
-def _point_out_far(ax: Axes, place: Float[Array, "2"], colour: str, unit: str) -> None:
+def _point_out_far(ax: Axes, place: Float[Array, "2"], colour: str, unit: tuple[str, float]) -> None:
     """An arrow at the rim of the axes toward a place beyond them, and how far from their zero it is."""
-    distance = float(np.hypot(*place))
+    distance = unit[1] * float(np.hypot(*place))
     ends = np.where(place > 0, [ax.get_xlim()[1], ax.get_ylim()[1]], [ax.get_xlim()[0], ax.get_ylim()[0]])
     tip = 0.97 * place * float(np.min(ends / np.where(place == 0, 1e-12, place)))
     arrow = {"arrowstyle": "-|>", "color": colour, "linewidth": 1.4, "shrinkA": 2, "shrinkB": 0}
     text: dict[str, Any] = {"ha": "left" if tip[0] < 0 else "right", "va": "bottom" if tip[1] < 0 else "top"}
     text |= {"color": colour, "path_effects": [withStroke(linewidth=3, foreground="white")]}
-    ax.annotate(f"at {distance:.3g} {unit}", tuple(tip), tuple(0.8 * tip), arrowprops=arrow, **text)
+    ax.annotate(f"at {distance:.3g} {unit[0]}", tuple(tip), tuple(0.8 * tip), arrowprops=arrow, **text)
 
 
 def followed_images(ax: Axes, star: FollowedStar) -> Axes:

@@ -17,6 +17,7 @@ from kerrcaustics.draw.projection import about_shadow, whole_line
 from kerrcaustics.draw.sky_results import critical_curves, labelled_once, legend_beside, shadow
 from kerrcaustics.extended_sources.magnification import LimbImage, Magnification
 from kerrcaustics.lens_map.domains import domain_of
+from kerrcaustics.results.units import magnification_unit
 from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime.circles import Circle
 from kerrcaustics.spacetime.sphere import polar_angle
@@ -91,9 +92,9 @@ def source_images_figure(magnification: Magnification) -> Figure:
     """Figure of a source of finite size, 7 inches wide: its images, and the source among the caustics."""
     caustics = caustics_of(magnification.camera, magnification.max_index + 1, end=magnification.surface)
     source = _limb_places(magnification), {"label": "limb of the source", **_LIMB}
-    alike = magnification.camera.sky_unit == magnification.surface.coordinates[0].unit
+    unit = magnification_unit(magnification).replace("^2", "²")
     brightness = (
-        f": {magnification.total:.6g} times as bright" if alike else f": magnification {magnification.total:.6g}"
+        f": magnification {magnification.total:.6g} {unit}" if unit else f": {magnification.total:.6g} times as bright"
     )
     return sky_and_source(
         lambda ax: source_images(ax, magnification, caustics=caustics),

@@ -80,7 +80,7 @@ def disc_images(
 def _between_neighbours(method: Callable[[float], DiscImages], here: DiscImages) -> DiscImages:
     """The disc between certified ones that are a little smaller and larger; the disc itself if there are none."""
     best = here
-    for part in in_steps("discs beside that of the source", (_NEAREST, *_BESIDE)):
+    for part in in_steps("check by a source of another size", (_NEAREST, *_BESIDE)):
         low = high = method(here.angle * (1 - part))
         if low.certified:
             high = method(here.angle * (1 + part))

@@ -28,8 +28,8 @@ from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
 
-# Smallest and largest radius of a source, radians.
-_LEAST, _LARGEST = 1e-8, 3.1
+SIZES = 1e-8, 3.1
+"""Smallest and largest radius of a source, radians."""
 # The largest of one in the plane, as a part of the distance of its centre from the horizon.
 _LARGEST_PART = 0.99
 # Requested relative error of the sum over radii of a source that is not uniform.
@@ -294,18 +294,18 @@ def _weight(power: object, viewer: Viewer, surface: End) -> Weight | None:
 def _checked_size(size: object, place: tuple[float, float], viewer: Viewer, surface: End) -> float:
     """The radius of a source: an angle, radians; in the plane a length."""
     number = real_number("size", size)
-    domain, largest = domain_of(surface, viewer), _LARGEST
+    domain, largest = domain_of(surface, viewer), SIZES[1]
     scale, in_plane = domain.radian_length, domain.in_plane
     if in_plane:
         # Within rounding all of the disc lies outside the horizon.
         scale = place[0] - kerr.horizon(viewer.spin)
         largest = _LARGEST_PART
     part = number / scale
-    if not _LEAST <= part <= largest:
+    if not SIZES[0] <= part <= largest:
         unit = "units of the mass" if surface.finite else "radians"
         outside = ", so that the disc lies outside the horizon" if in_plane else ""
         raise ValueError(
-            f"Argument `size` must be a radius from {_LEAST * scale:.3g} to {largest * scale:.3g} {unit}{outside}, but "
-            f"is {quoted(size)}."
+            f"Argument `size` must be a radius from {SIZES[0] * scale:.3g} to {largest * scale:.3g} {unit}{outside}, "
+            f"but is {quoted(size)}."
         )
     return number if in_plane else part

@@ -195,7 +195,7 @@ def integrated(
     parts: list[_RangeColumns] = []
     ranges = [_RadiusRange(*pair, *dense[i : i + 2]) for i, pair in enumerate(pairwise(ends.tolist()))]
     light, own, missing = np.zeros((3, len(of_area)))
-    for _ in in_steps("round of radii", range(1 + max(_MOST_RANGES - len(ranges), 0))):
+    for _ in in_steps("pass over the disc", range(1 + max(_MOST_RANGES - len(ranges), 0))):
         parts += [_range_columns(columns, of, source, of_area) for of in ranges]
         light = source.light * of_area - np.sum([part.integral for part in parts], axis=0)
         own = source.brightness.at_limb * whole[1] + np.sum([part.error for part in parts], axis=0)
@@ -215,6 +215,6 @@ def _range_columns(
 ) -> _RangeColumns:
     """The columns at the nodes of a range, less the part proportional to the area of the source."""
     x = of.x(_NODES)
-    rows = [columns(one) for one in in_steps("radius", x.tolist())]
+    rows = [columns(one) for one in in_steps("ring of the disc", x.tolist())]
     values, errors = (np.array(part) for part in zip(*rows, strict=True))
     return _RangeColumns(of, values - source.area(x)[:, None] * of_area, errors, source.brightness)

@@ -186,7 +186,7 @@ def _sheets_at_rest(camera: Viewer, max_index: int, surface: End) -> Sheets:
     """Find the critical curves, trace the grids."""
     curves = bounding_curves(camera, max_index, surface)
     domain = curves.domain
-    report("sheets of the sky", 0.2)
+    report("rays all over the sky", 0.2)
     polygons = tuple(CausticPolygon.of_curve(curves, curve) for curve in curves)
     coarsely = partial(_mapped, curves, tolerance=_OF_GRID)
     depths = [domain.first, *(periodic(curve.points.edge_phase, curve.points.depth) for curve in curves)]

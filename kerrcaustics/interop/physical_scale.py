@@ -22,6 +22,8 @@ ASTRONOMICAL_UNIT = 149597870700.0
 PARSEC = 648000 / math.pi * ASTRONOMICAL_UNIT
 
 _MICROARCSECOND = math.pi / 648000e6
+# Units of times, each for one M of a tenth of it or more, in seconds.
+_TIMES = ("d", 86400.0), ("min", 60.0), ("s", 1.0), ("ms", 1e-3)
 _UNITS = {"time": ("seconds", "s"), "length": ("metres", "m"), "angle": ("microarcseconds", "uarcsec")}
 
 
@@ -84,6 +86,12 @@ class PhysicalScale:
         if self.distance is None:
             raise ValueError("Argument `distance` must be given for angles, but is None.")
         return self.metres / (self.distance * PARSEC) / _MICROARCSECOND
+
+    @property
+    def time_unit(self) -> tuple[str, float]:
+        """Unit in which times of some M are neither tiny nor huge, and one M in it: min for Sagittarius A*."""
+        name, seconds = next((each for each in _TIMES if self.seconds >= each[1] / 10), _TIMES[-1])
+        return name, self.seconds / seconds
 
     def quantity(self, kind: Literal["time", "length", "angle"], values: ArrayLike = 1.0) -> Any:
         """Values in units of M as an astropy Quantity: times in s, lengths in m, angles in microarcseconds.

@@ -192,12 +192,11 @@ class Ring:
     radian_length: ClassVar[float] = 1.0
 
     def check(self) -> None:
-        """Raise ValueError for cameras in the plane."""
+        """Raise ValueError for cameras in the plane: there every crossing is a conjugate point of the rays along it."""
         if self.camera.on_equator:
             raise ValueError(
-                "Argument `camera` must not lie in the equatorial plane where sources do (from within, every crossing "
-                "is a conjugate point of the rays along the plane), but its inclination is "
-                f"{self.camera.inclination:g}."
+                "Argument `camera` must not lie in the equatorial plane if the sources do, but its inclination is "
+                f"{self.camera.inclination:g} (90 degrees)."
             )
 
     def circles(self, *, many: bool = False, engine: str = "auto", tolerance: float = TOLERANCE) -> Circles:

@@ -78,7 +78,7 @@ class Branches:
             self._search_gaps()
         else:
             self.links = self._grown()
-            report("steps halved", 0.8)
+            report("smaller steps along the images", 0.8)
             self._refine(camera.frame(), longest)
 
     @property

@@ -100,7 +100,7 @@ def images_at_moments(source: Source, times: Float[Array, " moments"], max_index
     keys = np.round(np.stack([places.radius, angles[:, 0]], axis=-1), 10)
     _, group = np.unique(keys, axis=0, return_inverse=True)
     moments: dict[int, SearchedMoment] = {}
-    for number in in_steps("search", list(range(int(group.max()) + 1))):
+    for number in in_steps("search for images", list(range(int(group.max()) + 1))):
         group_rows = np.flatnonzero(group == number)
         sphere, rows = Sphere(float(places.radius[group_rows[0]])), angles[group_rows]
         rows[:, 0] = rows[0, 0]

@@ -13,7 +13,7 @@ from kerrcaustics.orbits.motions import BodyMotion, BodyPlaces, Falling, KeplerM
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.camera import Camera, Velocity
-from kerrcaustics.spacetime.checks import quoted, real_number
+from kerrcaustics.spacetime.checks import argument_named, quoted, real_number
 from kerrcaustics.spacetime.viewer import finite_number
 
 Array = np.ndarray
@@ -39,7 +39,8 @@ class _Throw:
         """Its motion about a hole, over a span of time."""
         if isinstance(self.velocity, str) and self.velocity in CIRCLES:
             return circling(spin, self.radius, self.theta, self.phi, CIRCLES[self.velocity], self.time)
-        camera = Camera(spin, self.radius, self.theta, self.velocity)
+        with argument_named("radius", "orbit"), argument_named("velocity", "orbit"):
+            camera = Camera(spin, self.radius, self.theta, self.velocity)
         return Falling(free_fall(camera, self.phi, self.time, span))
 
     def period(self, spin: float) -> float:

@@ -22,6 +22,9 @@ Item = TypeVar("Item")
 Progress = Callable[[str, float], None]
 """Takes a text on the current work, and the part of all work that is done, 0 to 1, which never falls."""
 
+DONE = "done"
+"""Text of the last report of a call."""
+
 # Seconds before a bar that nobody asked for is shown, and between changes of one in a notebook.
 _PATIENCE, _PAUSE = 1.0, 0.1
 
@@ -84,7 +87,7 @@ def with_progress(work: Callable[Arguments, Result]) -> Callable[Arguments, Resu
             return work(*arguments, **options)
         with listening(progress):
             outcome = work(*arguments, **options)
-            report("done", 1.0)
+            report(DONE, 1.0)
         return outcome
 
     return heard
@@ -132,7 +135,9 @@ def _terminal_bar(after: float) -> Iterator[Progress]:
     def tell(what: str, part: float) -> None:
         if clock() - began >= after:
             shown.start()
+        # A bar that is full while there is still work runs to and fro.
         shown.update(task, description=what, completed=part)
+        shown.tasks[0].total = 1.0 if part < 1 or what == DONE else None
 
     try:
         yield tell
@@ -161,7 +166,9 @@ def _cell_bar(after: float) -> Iterator[Progress]:
         seconds = clock() - began
         if seconds >= after and seconds - last >= _PAUSE:
             last = seconds
-            show(f'<progress value="{part:.3f}"></progress> {escape(what)} ({seconds:.0f} s)')
+            # Without a value the bar runs to and fro: it is not full while there is still work.
+            value = f' value="{part:.3f}"' if part < 1 or what == DONE else ""
+            show(f"<progress{value}></progress> {escape(what)} ({seconds:.0f} s)")
 
     try:
         yield tell

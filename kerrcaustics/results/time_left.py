@@ -2,6 +2,9 @@
 
 from itertools import pairwise
 
+# Seconds left that are not worth saying, in which estimates are no longer true.
+_SOON = 0.5
+
 
 class TimeLeft:
     """Estimate of the time left, from the moments at which parts of a job were done.
@@ -32,11 +35,16 @@ class TimeLeft:
         return sum(seconds for seconds, _ in kept) / sum(part for _, part in kept) if kept else None
 
     def seconds_left(self, now: float) -> float | None:
-        """Seconds left at a moment; None before two rounds of steps are done."""
+        """Seconds left at a moment; None before two rounds of steps are done, and if the last one is overdue.
+
+        If the present round takes longer than those before, so do those to come.
+        """
         whole, last = self.seconds_in_all(), self._last_of_round()
         if whole is None or last is None:
             return None
-        return max(whole * (1 - last[1]) - (now - last[0]), 0.0)
+        since, part = now - last[0], last[1] - self._marks[(self.rounds - 1) * self._at_once - 1][1]
+        left = max(whole, since / part) * (1 - last[1]) - since
+        return left if left > _SOON else None
 
     @property
     def rounds(self) -> int:

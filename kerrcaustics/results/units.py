@@ -13,6 +13,16 @@ from typing import Any
 from kerrcaustics.results.declared import Quantity
 
 
+def magnification_unit(result: Any) -> str:
+    """Unit of the magnifications of a result, for people: empty if they are ratios, else "M^2/sr" or "sr/M^2"."""
+    return {0: "", 1: "M^2/sr", -1: "sr/M^2"}[_power_of_area(result)]
+
+
+def _power_of_area(result: Any) -> int:
+    """Power of (GM/c^2)^2 in magnifications: area on the viewer's sky by area of the surface."""
+    return (result.camera.sky_unit != "rad") - (result.surface.coordinates[0].unit != "rad")
+
+
 def as_in(result: Any, about: Quantity) -> Quantity:
     """A quantity with the unit, and the name in records, that it has in a result."""
     if about.unit == "sky":
@@ -25,8 +35,7 @@ def as_in(result: Any, about: Quantity) -> Quantity:
     if about.unit == "light":
         return replace(about, unit="c^4/(GM)^2" if result.camera.sky_unit == "rad" else "1")
     if about.unit == "magnification":
-        powers = (result.camera.sky_unit != "rad") - (result.surface.coordinates[0].unit != "rad")
-        return replace(about, unit={0: "1", 1: "(GM/c^2)^2", -1: "c^4/(GM)^2"}[powers])
+        return replace(about, unit={0: "1", 1: "(GM/c^2)^2", -1: "c^4/(GM)^2"}[_power_of_area(result)])
     if about.unit == "source size":
         angle = not result.surface.finite
         return replace(about, unit="rad" if angle else "GM/c^2", json=about.name + "_deg" * angle)

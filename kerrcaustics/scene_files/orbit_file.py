@@ -2,7 +2,7 @@
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import msgspec
 
@@ -10,12 +10,14 @@ from kerrcaustics.choices import ReleaseName
 from kerrcaustics.orbits.orbit import Orbit
 from kerrcaustics.toml_files import as_struct, not_finite, read_toml
 
+_PolarAngle = Annotated[float, msgspec.Meta(ge=0, le=180, description="degrees")]
+
 
 class _GeodesicOrbit(msgspec.Struct, forbid_unknown_fields=True, tag_field="kind", tag="geodesic"):
     """Free fall through a place, as by `Orbit.geodesic`, angles in degrees."""
 
     radius: float
-    theta: float = 90.0
+    theta: _PolarAngle = 90.0
     phi: float = 0.0
     velocity: ReleaseName | tuple[float, float, float] = "circular"
     time: float = 0.0
@@ -31,7 +33,7 @@ class _KeplerOrbit(msgspec.Struct, forbid_unknown_fields=True, tag_field="kind",
 
     semi_major_axis: float
     eccentricity: float = 0.0
-    inclination: float = 0.0
+    inclination: _PolarAngle = 0.0
     node: float = 0.0
     pericentre: float = 0.0
     time: float = 0.0

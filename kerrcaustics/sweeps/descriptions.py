@@ -101,12 +101,12 @@ def scene_of(path: Path, scene: Scene) -> Scene:
         _check_schema(path, attributes, mask)
         raise ValueError(
             f"The store {path} is damaged: {path / _ROOT} is lost or altered, and {path / _STATUS.name / _ROOT} does "
-            "not say that the store is of this scene. Name another store."
+            "not say that the store is of this sweep. Name another store."
         )
     stored = scene_in(path, attributes)
     lines = differences(scene, stored)
     if lines:
-        raise ValueError(f"The store {path} is of another scene; name another store. " + "; ".join(lines) + ".")
+        raise ValueError(f"The store {path} is of another sweep; name another store. " + "; ".join(lines) + ".")
     return stored
 
 
@@ -123,7 +123,7 @@ def scene_in(path: Path, attributes: dict[str, Any]) -> Scene:
     try:
         return from_record(json.loads(attributes["scene"]))
     except Exception as error:
-        raise ValueError(f"The store {path} holds no scene: {' '.join(str(error).split())}") from None
+        raise ValueError(f"The store {path} holds no sweep: {' '.join(str(error).split())}") from None
 
 
 def mend(path: Path, scene: Scene) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from kerrcaustics.sweeps.scene import Scene
 
 Array = np.ndarray
 Curves = list[Caustic | None]
-"""Caustics of a scene by order; None for one without a curve."""
+"""Caustics of a sweep by order; None for one without a curve."""
 
 MOST_CUSPS = 12
 QUANTILES = (0.1, 0.5, 0.9)
@@ -41,7 +41,7 @@ def dimensions(scene: Scene) -> dict[str, Array]:
 
 
 def variables(scene: Scene) -> list[Quantity]:
-    """All variables of a scene, each quantity followed by its error."""
+    """All variables of a sweep, each quantity followed by its error."""
     return [variable for name in scene.compute for variable in _VARIABLES[name]]
 
 
@@ -97,7 +97,7 @@ _VARIABLES: dict[str, list[Quantity]] = {
 
 
 def computed(scene: Scene, spin: float, radius: float, inclination: float) -> dict[str, Array]:
-    """All variables of a scene for one camera; a ValueError gives the reason if there are none."""
+    """All variables of a sweep for one camera; a ValueError gives the reason if there are none."""
     camera = Camera(spin, radius, math.radians(inclination), scene.velocity)
     values: dict[str, Array] = {}
     if {"geometry", "cusps", "areas", "curves"} & set(scene.compute):

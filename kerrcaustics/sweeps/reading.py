@@ -6,7 +6,7 @@ from typing import Any
 from kerrcaustics.scene_files.scene_file import SceneFile
 from kerrcaustics.toml_files import read_toml
 
-# Only the scene of a sweep has these outside of all tables.
+# Only the file of a sweep has these outside of all tables.
 _SWEPT = {"spin", "radius"}
 
 

@@ -5,6 +5,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import closing
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,11 +14,15 @@ from kerrcaustics.results.declared import quantity, result
 from kerrcaustics.results.progress import Progress, report, with_progress
 from kerrcaustics.results.shown import Shown
 from kerrcaustics.spacetime.checks import flags, instance_of
+from kerrcaustics.sweeps.opened import open_sweep
 from kerrcaustics.sweeps.quantities import computed
 from kerrcaustics.sweeps.scene import AXES, Scene, checked
 from kerrcaustics.sweeps.store import DAMAGED, KEPT, Block, Store, opened_again, store_at
 from kerrcaustics.workers.places import check_answer, check_place, place
 from kerrcaustics.workers.worker_failures import Compute, Finished, WorkerFailures
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 _DIED = "the process that computed it died each time (too little memory?)"
 
@@ -27,7 +32,7 @@ class SweepResult(Shown):
     """The outcome of a sweep."""
 
     path: Path = quantity("", "", "the store")
-    points: int = quantity("", "1", "points of the scene")
+    points: int = quantity("", "1", "points of the sweep")
     before: int = quantity("", "1", "points that were in the store at the start")
     failures: tuple[str, ...] = quantity(
         "", "", "a line for each point that failed, now or before, with its place and the reason"
@@ -37,6 +42,10 @@ class SweepResult(Shown):
     mended: tuple[str, ...] = quantity(
         "", "", "axes and descriptions in the store that were lost or altered, and were written again", default=()
     )
+
+    def dataset(self) -> "Dataset":
+        """The store as a Dataset of xarray, with the reasons of failed points as text."""
+        return open_sweep(self.path)
 
 
 @with_progress
@@ -57,9 +66,9 @@ def sweep(
     Parameters
     ----------
     scene : Scene
-        The scene of a file, as `read_scene` returns it.
+        The sweep of a file, as `read_scene` returns it.
     path : str or path
-        The store. One of the same scene is resumed, and its damaged parts are mended; for one of another scene
+        The store. One of the same sweep is resumed, and its damaged parts are mended; for one of another sweep
         ValueError is raised.
     workers : int
         Number of processes of this machine, of one core each; None, threads of this process.
@@ -93,12 +102,12 @@ def sweep(
     flags(retry=retry)
     check_place(workers, scheduler)
     began = time.perf_counter()
-    checked(scene, "that is given")
+    checked(scene, "Argument `scene`")
     # Before a store is made that would stay empty.
     check_answer(scheduler)
     total = int(np.prod(scene.shape))
     with store_at(Path(path), scene) as store:
-        report("looking at what is done", 0.0)
+        report("reading the store", 0.0)
         states = _states(store, retry)
         missing = [block for block, state in states.items() if state != KEPT]
         damaged = sum(len(block) for block, state in states.items() if state == DAMAGED)

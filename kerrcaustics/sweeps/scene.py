@@ -1,4 +1,4 @@
-"""The scene of a sweep: its quantities and its cameras. Read from TOML; unknown entries raise ValueError."""
+"""A sweep: its quantities and its cameras. Read from a sweep file (TOML); unknown entries raise ValueError."""
 
 import json
 import math
@@ -17,7 +17,7 @@ Array = np.ndarray
 Quantity = Literal["geometry", "cusps", "areas", "curves", "counts", "magnification"]
 Spacing = Literal["linear", "log"]
 Complaint = tuple[str, str, Any]
-"""An entry of a scene, the values it may have, and its value."""
+"""An entry of a sweep, the values it may have, and its value."""
 
 AXES = ("spin", "radius", "inclination")
 HIGHEST_ORDER = 10
@@ -91,22 +91,26 @@ class Scene(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
         return spins, radii, inclinations
 
     def record(self) -> dict[str, Any]:
-        """The scene as plain data, from which `from_record` makes it again."""
+        """The sweep as plain data, from which `from_record` makes it again."""
         return msgspec.to_builtins(self)
 
 
+HOLDS = "sweep file"
+"""What the file of a sweep is called in messages."""
+
+
 def read_scene(path: str | Path) -> Scene:
-    """The scene in a TOML file; a ValueError of one line names what is wrong and where."""
-    return checked(as_struct(read_toml(path), Scene, path), str(path))
+    """The sweep in a TOML file; a ValueError of one line names what is wrong and where."""
+    return checked(as_struct(read_toml(path, HOLDS), Scene, path, HOLDS), f"Sweep file {path}")
 
 
 def from_record(record: dict[str, Any]) -> Scene:
-    """The scene of the data that `Scene.record` returned."""
-    return checked(msgspec.convert(record, Scene), "of the store")
+    """The sweep of the data that `Scene.record` returned."""
+    return checked(msgspec.convert(record, Scene), "The sweep of the store")
 
 
 def differences(scene: Scene, stored: Scene) -> list[str]:
-    """Lines for the entries in which a scene and a stored one differ, titles aside: the value in each."""
+    """Lines for the entries in which a sweep and a stored one differ, titles aside: the value in each."""
     first, second = scene.record(), stored.record()
     return [
         f"{name}: {json.dumps(first[name])} here, {json.dumps(second[name])} in the store"
@@ -116,10 +120,10 @@ def differences(scene: Scene, stored: Scene) -> list[str]:
 
 
 def checked(scene: Scene, name: str) -> Scene:
-    """The scene itself; a ValueError of one line, which calls it `name`, gives an invalid entry."""
+    """The sweep itself; a ValueError of one line, which begins with `name`, gives an invalid entry."""
     for complaints in (_about_axes, _about_entries):
         for entry, must, value in complaints(scene):
-            raise ValueError(f"Scene {name}: {entry} must be {must}, but is {value}.")
+            raise ValueError(f"{name}: {entry} must be {must}, but is {value}.")
     return scene
 
 
@@ -143,7 +147,7 @@ def _about_axes(scene: Scene) -> Iterator[Complaint]:
 
 
 def _as_typed(axis: float | list[float] | Range) -> str:
-    """An axis as written in a scene file."""
+    """An axis as written in a sweep file."""
     if not isinstance(axis, Range):
         return str(axis)
     spacing = f', spacing = "{axis.spacing}"' if axis.spacing != "linear" else ""

@@ -125,6 +125,12 @@ class Store:
         for name, array in {**values, DIGEST.name: digests, "status": status}.items():
             self._write(name, block, array)
 
+    def counts(self) -> dict[str, int]:
+        """Numbers of points that are done, that failed, and that are not computed yet."""
+        status = np.asarray(self._array("status")[...])
+        states = {"done": DONE, "failed": FAILED, "missing": WAITING}
+        return {name: int((status == state).sum()) for name, state in states.items()}
+
     def failures(self) -> list[str]:
         """A line for every point that failed: its place, and the reason."""
         _check_in_place(self.path)

@@ -250,9 +250,8 @@ def _checked_cameras(cameras: Sequence[Viewer], end: Wherever | End) -> list[Vie
             raise ValueError("Argument `cameras` must hold either Cameras or Observers, whose skies differ, not both.")
         if search_surface(camera, end).in_plane and camera.on_equator:
             raise ValueError(
-                "Argument `cameras` must not lie in the equatorial plane where sources do (from within, every crossing "
-                f"is a conjugate point of the rays along the plane), but the inclination of item {i} is "
-                f"{camera.inclination:g}."
+                "Argument `cameras` must not lie in the equatorial plane if the sources do, but item "
+                f"{i} has the inclination {camera.inclination:g} (90 degrees)."
             )
     return list(cameras)
 

@@ -29,10 +29,18 @@ def check_place(workers: int | None, scheduler: str | None) -> None:
 def check_answer(scheduler: str | None) -> None:
     """Raise ValueError unless the scheduler answers."""
     if scheduler is not None:
-        from kerrcaustics.workers.cluster import client_of
+        dashboard_of(scheduler)
 
-        with client_of(scheduler):
-            pass
+
+def dashboard_of(scheduler: str) -> str | None:
+    """Address of the dashboard of a scheduler, None if it has none; raise ValueError unless the scheduler answers."""
+    from kerrcaustics.workers.cluster import client_of
+
+    with client_of(scheduler) as client:
+        try:
+            return client.dashboard_link
+        except KeyError:
+            return None
 
 
 def place(workers: int | None, scheduler: str | None, here: Run) -> Run:

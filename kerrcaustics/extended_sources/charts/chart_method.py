@@ -83,7 +83,7 @@ def disc_images_on_charts(
     disc = Disc(surface, centre, size)
     charts, curves = _charts(viewer, disc, max_index)
     parts, doubts, faults = [], [], []
-    for chart in in_steps("chart", charts):
+    for chart in in_steps("part of the sky", charts):
         outline = contours(chart)
         arcs = arcs_along(chart, outline, _TOLERANCE)
         first = 1 + max(arcs.last_node, outline.last_node)

@@ -130,7 +130,7 @@ def veil_of(marching: Marching, view: Raster, refine: bool = True) -> Veil:
     refine: False for one ray everywhere.
     """
     y, x = (place.ravel() for place in np.mgrid[: view.height, : view.width])
-    report("rays marched", 0.0)
+    report("light along the rays", 0.0)
     light, transmission, steps = _all_marched(marching, view, x[:, None], y[:, None])
     grey = luminance(light.sum(axis=0)).reshape(view.height, -1)
     rough = np.zeros(0, int)
@@ -139,7 +139,7 @@ def veil_of(marching: Marching, view: Raster, refine: bool = True) -> Veil:
     if len(rough):
         within = (np.arange(_DIVISIONS**2) % _DIVISIONS + 0.5) / _DIVISIONS - 0.5
         down = (np.arange(_DIVISIONS**2) // _DIVISIONS + 0.5) / _DIVISIONS - 0.5
-        report("edges refined", 0.5)
+        report("more rays at edges", 0.5)
         places = x[rough, None] + within, y[rough, None] + down
         light[:, rough], transmission[:, rough], more_steps = _all_marched(marching, view, *places)
         steps += more_steps
