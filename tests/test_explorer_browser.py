@@ -282,7 +282,7 @@ def test_the_quiz_hides_images_until_an_answer(page, address):
     images = kc.star_images(ExplorerState.from_values(state).camera(), ExplorerState.from_values(state).star(), 1)
     assert hidden == list(images.per_index.values()) and images.certified
     assert page.evaluate("explorer.images()") == [] and "certified" not in page.inner_text("header")
-    page.get_by_role("spinbutton", name="How many images").fill(str(sum(hidden)))
+    page.get_by_role("textbox", name="How many images").fill(str(sum(hidden)))
     page.keyboard.press("Enter")
     verdict = page.get_by_label("Quiz", exact=True).inner_text()
     assert "Right." in verdict and "1 of 1 right" in verdict

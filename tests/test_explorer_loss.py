@@ -119,6 +119,21 @@ def test_numbers_out_of_range_are_refused_beside_them(page, address, label, wron
     assert page.locator(".kc-note:visible").count() == 0
 
 
+def test_a_decimal_comma_is_read_as_a_point_in_every_field(page, address):
+    page.goto(f"{address}#{STATE.address()}")
+    settled(page)
+    typed_texts = {"Spin a": "0,7", "Radius r (M)": "6,03", "Inclination (°)": "90,0", "Star θ′ (°)": "70,25"}
+    for label, text in {**typed_texts, "Star φ′ (°)": "250,5", "Star radius (°)": "0,5", "Frequency ωM": "0,25"}.items():
+        page.get_by_label(f"{label}, number").fill("")
+        page.get_by_label(f"{label}, number").press_sequentially(text)
+        page.keyboard.press("Enter")
+    settled(page)
+    state = page.evaluate("explorer.state()")
+    names = ("spin", "radius", "inclination", "theta", "phi", "size", "frequency")
+    assert [state[name] for name in names] == [0.7, 6.03, 90, 70.25, 250.5, 0.5, 0.25]
+    assert page.locator(".kc-note:visible").count() == 0
+
+
 def test_cameras_that_cannot_be_are_moved_and_it_is_said(page, address):
     """Toward a hole that does not spin, from a radius within its horizon, and back to an orbit."""
     page.goto(f"{address}#spin=0.9&radius=1.5&velocity=circular&orders=1")

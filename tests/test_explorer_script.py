@@ -18,6 +18,13 @@ def test_every_part_is_joined_and_short():
     assert max(len(text.splitlines()) for text in files.values()) <= 260
 
 
+def test_a_decimal_comma_is_a_point_and_nothing_else_is_guessed():
+    texts = ["6,03", "0,7", " 6.03 ", ",5", "5.", "−4", "1e-3", "84", "", "1,234.5", "6 03", "6,0,3", "0x10", "Infinity"]
+    numbers = evaluated(f"return {json.dumps(texts)}.map(numberOf);")
+    assert numbers == [6.03, 0.7, 6.03, 0.5, 5, -4, 0.001, 84, *[None] * 6]
+    assert evaluated("return stateOf('#spin=0,7&radius=6,03');") == {"spin": 0.7, "radius": 6.03}
+
+
 @pytest.mark.parametrize("state", PRESETS.values(), ids=PRESETS)
 def test_addresses_are_read_and_written_as_the_program_does(state):
     read, written = evaluated(f"const s = stateOf('#{state.address()}'); return [s, fragmentOf(s)];")

@@ -55,7 +55,9 @@ class Slider {
     Object.assign(this, { name, place, unit, changed, allowed: null });
     this.range = h("input", { type: "range", min: low, max: high, step, "aria-label": label });
     const more = stops ? { readonly: true, title: `Available: ${stops.join(", ")}${unit}` } : {};
-    this.number = h("input", { type: "number", step: "any", "aria-label": `${label}, number`, ...more });
+    // A field for numbers would drop a decimal comma without a word.
+    const kind = { type: "text", inputmode: "decimal", autocomplete: "off", class: "kc-number" };
+    this.number = h("input", { ...kind, "aria-label": `${label}, number`, ...more });
     this.note = noteOf();
     const move = (want) => (e) => this.move(value(Number(this.range.value)), want, e);
     this.range.addEventListener("input", move("draft"));
@@ -68,7 +70,6 @@ class Slider {
   }
   allow(limits) {
     this.allowed = limits;
-    [this.number.min, this.number.max] = limits;
   }
   move(value, want, event) {
     const [low, high] = this.allowed ?? [value, value];
@@ -76,7 +77,7 @@ class Slider {
   }
   // What is not allowed is said, and the last good value stays.
   type(event) {
-    const value = this.number.value === "" ? NaN : Number(this.number.value);
+    const value = numberOf(this.number.value);
     const complaint = complaintAbout(value, this.allowed ?? [-Infinity, Infinity], this.unit);
     this.say(complaint);
     if (complaint) this.write();

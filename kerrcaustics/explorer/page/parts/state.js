@@ -19,7 +19,7 @@ function stateOf(fragment) {
   const state = {};
   for (const [name, usual] of Object.entries(DEFAULTS)) {
     if (!given.has(name)) continue;
-    const value = typeof usual === "number" ? Number(given.get(name)) : given.get(name);
+    const value = typeof usual === "number" ? numberOf(given.get(name)) : given.get(name);
     if (typeof usual !== "number" || Number.isFinite(value)) state[name] = value;
   }
   return state;
