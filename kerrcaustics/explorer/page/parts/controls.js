@@ -1,5 +1,8 @@
 // Controls of the camera and the star.
 
+// Pixels of the page's width up to which its controls are folded; explorer.css has the same number.
+const NARROW = 700;
+
 const SPIN_END = 4;
 const spinAt = (u) => (u >= SPIN_END ? 0.9999 : round(1 - 10 ** -u, 4));
 const spinPlace = (a) => -Math.log10(1 - a);
@@ -51,7 +54,7 @@ function note(element, text) {
 }
 
 class Slider {
-  constructor(name, { label, low, high, step, value, place, unit, stops }, changed) {
+  constructor(name, { label, low, high, step, value, place, unit, stops }, changed, edited) {
     Object.assign(this, { name, place, unit, changed, allowed: null });
     this.range = h("input", { type: "range", min: low, max: high, step, "aria-label": label });
     const more = stops ? { readonly: true, title: `Available: ${stops.join(", ")}${unit}` } : {};
@@ -62,7 +65,7 @@ class Slider {
     const move = (want) => (e) => this.move(value(Number(this.range.value)), want, e);
     this.range.addEventListener("input", move("draft"));
     this.range.addEventListener("change", move("full"));
-    this.number.addEventListener("input", () => this.say(""));
+    this.number.addEventListener("input", edited);
     this.number.addEventListener("change", (e) => this.type(e));
     this.number.addEventListener("blur", () => this.follow(this.state));
     const words = h("span", {}, ...labelOf(name, label));
@@ -138,12 +141,21 @@ class Controls {
     this.offered = offered;
     this.sliders = {};
     this.choices = {};
-    const slider = (name, about = SLIDERS[name]) => (this.sliders[name] = new Slider(name, about, changed)).element;
+    const slider = (name, about = SLIDERS[name]) => (this.sliders[name] = new Slider(name, about, changed, () => this.quiet())).element;
     const choice = (name) => (this.choices[name] = new Choice(name, CHOICES[name], changed)).element;
     const parts = offered
       ? [this.cameras(changed), slider("theta", stopping(SLIDERS.theta, offered.thetas)), slider("phi")]
       : [...Object.keys(SLIDERS).map((name) => slider(name)), ...Object.keys(CHOICES).map(choice)];
-    this.element = h("section", { class: "kc-controls", "aria-label": "Camera and star" }, ...parts);
+    this.summary = h("span", {});
+    const fields = h("div", { class: "kc-fields" }, ...parts);
+    this.fold = h("details", { open: true }, h("summary", {}, "Camera and star ", this.summary), fields);
+    this.element = h("section", { class: "kc-controls", "aria-label": "Camera and star" }, this.fold);
+  }
+  // Folded when the page becomes narrow, so that the panels are in sight; open, without a summary, where it is wide.
+  fit(width) {
+    const isNarrow = width <= NARROW;
+    if (isNarrow !== this.isNarrow) this.fold.open = !isNarrow;
+    this.isNarrow = isNarrow;
   }
   // The cameras of a page without a program.
   cameras(changed) {
@@ -187,6 +199,7 @@ class Controls {
   }
   follow(state) {
     for (const part of [...Object.values(this.sliders), ...Object.values(this.choices)]) part.follow(state);
+    this.summary.textContent = `a = ${short(state.spin, 6)}, r = ${short(state.radius, 6)} M`;
     if (!this.offered) return;
     const isOne = (camera) => camera.spin === state.spin && camera.radius === state.radius;
     this.camera.value = String(this.offered.cameras.findIndex(isOne));

@@ -24,6 +24,7 @@ class Quiz {
   }
   begin() {
     this.explorer.tour.close();
+    this.explorer.invitation.close();
     Object.assign(this, { open: true, right: 0, asked: 0, tries: 0 });
     this.score.textContent = "";
     this.mark();
