@@ -1,6 +1,7 @@
 // The celestial sphere as a globe, from inside or outside: an orthographic projection of the half that is looked at.
 
-const GLOBE = { lon: 40, lat: 20, zoom: 1 };
+// At first the half behind the hole is looked at, as by the camera.
+const GLOBE = { lon: 160, lat: 20, zoom: 1 };
 
 class GlobeChart {
   constructor() {

@@ -160,13 +160,13 @@ class Controls {
   // The cameras of a page without a program.
   cameras(changed) {
     const { cameras, thetas } = this.offered;
-    const values = cameras.map(({ spin, radius, velocity }, i) => [i, `a = ${spin}, r = ${radius} M, ${velocity}`]);
+    const values = cameras.map(({ spin, radius }, i) => [i, `a = ${spin}, r = ${radius} M`]);
     this.camera = select("Camera", values, (i) => {
       const { spin, radius, inclination, velocity, orders } = cameras[i];
       changed({ spin, radius, inclination, velocity, orders }, "full");
     });
-    const line = `This page works without a program: it has ${cameras.length} cameras, and stars at ${thetas.length} `;
-    const more = "colatitudes θ′. The command “kerrcaustics explore” shows all others.";
+    const line = `This page works without a program: it has ${cameras.length} cameras on circular orbits, and stars `;
+    const more = `at ${thetas.length} colatitudes θ′. The command “kerrcaustics explore” shows all others.`;
     return h(
       "div",
       { class: "kc-offered" },

@@ -23,7 +23,7 @@ class Screen {
     const { state, model, freshness, dragging, playback } = this.explorer;
     const draft = freshness.curves === "coarse";
     const backdrop = state.backdrop !== "none";
-    const seen = { backdrop, hasPicture: !!model.lensed, draft, dragging, moment: playback.moment, invites: this.explorer.invitation.isOnStar };
+    const seen = { backdrop, hasPicture: !!model.lensed, draft, dragging, moment: playback.moment, invites: this.explorer.invitation.isOnStar && !!model.axes };
     return { colours: this.colours, dark: this.isDark, flashes: this.flashes, ...seen };
   }
   flash(pair, sky) {

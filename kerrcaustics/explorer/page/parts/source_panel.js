@@ -71,7 +71,8 @@ class SourcePanel {
     const [spot] = this.starSpots(state, f);
     if (!spot || spot.back) return;
     const [x, y] = clearSpot(beside(spot.at, 44, 22), this.lines(curves, f), 30, 9);
-    pen.text(x, y, "drag me", { fill: star, size: 13, weight: 700, halo });
+    const [left, , w] = this.chart.clip(f);
+    pen.text(clamp(x, left + 32, left + w - 32), y, "drag me", { fill: star, size: 13, weight: 700, halo });
   }
   // Where the caustics are drawn.
   lines(curves, f) {
