@@ -95,6 +95,16 @@ def test_the_newest_question_waits_and_curves_are_not_forgotten():
     ] and busy
 
 
+def test_a_question_about_a_disc_keeps_its_size_when_its_camera_is_put_right():
+    """Else the light of the disc of before would be taken for that of the star of now."""
+    state = evaluated(
+        "const q = new Questions(() => {}), now = { ...DEFAULTS, radius: 1.5 }; q.open = true;"
+        "q.ask('shapes', { ...now, size: 1 }, 0, true); q.settle(now, { ...now, radius: 2, size: 0 });"
+        "return q.sent.shapes.state;"
+    )
+    assert (state["radius"], state["size"]) == (2, 1)
+
+
 def test_pairs_are_placed_where_their_images_are():
     """Images of index 0, 1 become 0, 1, 1, 2: a pair of order 2, between its two images."""
     a, b = [0.6, 0.8, 0.0], [0.8, 0.6, 0.0]
