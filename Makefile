@@ -69,7 +69,7 @@ $(COMPILED): $(READY) $(SOURCES) $(if $(strip $(MOVED)),force)
 
 force:
 
-demo: $(COMPILED) ## Draw the caustics seen from r = 6.03 and r = 2.6 into demo/
+demo: $(COMPILED) ## Draw the caustics seen from r = 6.03 and r = 2.6, and write a page with a star to drag, into demo/
 	@echo "Drawing the demo into demo/"
 	@$(BIN)/kerrcaustics demo
 

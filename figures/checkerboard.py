@@ -61,7 +61,7 @@ def celestial_panel(ax: Axes) -> None:
         ax.axhline(180 * row / SKY.rows, **DASHED)
     ax.xaxis.set_major_locator(MultipleLocator(90))
     ax.yaxis.set_major_locator(MultipleLocator(45))
-    ax.set(xlabel="φ′ (deg)", ylabel="θ′ (deg)", title="(a) celestial sphere")
+    ax.set(xlabel="φ′ (deg)", ylabel="θ′ (deg)", title="(a) celestial sphere, seen from outside")
 
 
 def seen(

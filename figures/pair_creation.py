@@ -159,7 +159,8 @@ def draw_star(ax: Axes, tracks: StarTracks, time: float, caustics: CausticSet) -
         name, below = style.order_name(caustic.order), -20 if caustic.order == 1 else -16
         ax.annotate(name, (line[:, 1].min(), 90), (0, below), **text)
     ax.plot(phi, theta, "*", markersize=9, color=STAR_COLOUR)
-    ax.set(xlim=(0, 360), ylim=(150, 30), xlabel="φ′ relative to the camera (deg)", ylabel="θ′ (deg)")
+    label = "φ′ relative to the camera (deg), seen from outside"
+    ax.set(xlim=(0, 360), ylim=(150, 30), xlabel=label, ylabel="θ′ (deg)")
     ax.xaxis.set_major_locator(MultipleLocator(90))
     ax.yaxis.set_major_locator(MultipleLocator(30))
     return ax

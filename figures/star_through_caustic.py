@@ -67,7 +67,8 @@ def draw_path(ax: Axes, caustics: CausticSet, events: PairEvents) -> Axes:
     middle = np.degrees(caustics[0].celestial.mean(axis=0))
     ax.annotate("(b)", (middle[1], middle[0]), (0, 16), textcoords="offset points", ha="center",
                 arrowprops={"arrowstyle": "-", "linewidth": 0.6})  # fmt: skip
-    ax.set(xlim=(0, 360), ylim=(150, 30), xlabel="φ′ relative to the camera (deg)", ylabel="θ′ (deg)")
+    label = "φ′ relative to the camera (deg), seen from outside"
+    ax.set(xlim=(0, 360), ylim=(150, 30), xlabel=label, ylabel="θ′ (deg)")
     ax.xaxis.set_major_locator(MultipleLocator(60))
     ax.yaxis.set_major_locator(MultipleLocator(30))
     return ax

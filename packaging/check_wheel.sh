@@ -26,9 +26,14 @@ assert kerrcaustics.__file__.startswith('$place'), kerrcaustics.__file__
 home = os.path.dirname(kerrcaustics.__file__)
 assert all(os.path.isfile(os.path.join(home, name)) for name in ('py.typed', '__init__.pyi', 'skies.pyi'))
 assert glob.glob(os.path.join(home, 'beams', 'kernels', 'objects', 'kernels-*'))
+assert os.path.isfile(os.path.join(home, 'explorer', 'page', 'states.xz'))
 assert all(found.names() for found in (scripts.FIGURES, scripts.STUDIES, scripts.FILMS))
 assert scripts.FILMS.load('pair_creation').film(4)"
 "$place/venv/bin/kerrcaustics" demo >/dev/null
 test -s demo/caustics_a0.999_r6.03.png
+# The page is a copy: its states come with the wheel, and nothing is computed.
+test -s demo/explorer.html
+timeout 20 "$place/venv/bin/kerrcaustics" explore --page page.html >/dev/null
+cmp demo/explorer.html page.html
 "$place/venv/bin/kerrcaustics" figures camera_and_sky >/dev/null
 test -s kerrcaustics-figures/camera_and_sky.png

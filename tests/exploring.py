@@ -101,13 +101,13 @@ def _node():
     return shutil.which("node") or (str(driver) if driver and driver.exists() else None)
 
 
-def evaluated(body):
-    """The value that the body of a function returns, beside those parts of the script that need no page."""
+def evaluated(body, parts=None):
+    """The value that the body of a function returns, beside parts of the script: those of LOGIC need no page."""
     from kerrcaustics.explorer.page_script import LOGIC, script
 
     if (node := _node()) is None:
         pytest.skip("Node is missing: pip install playwright, which brings it")
-    program = f"{script(parts=LOGIC)}\nprocess.stdout.write(JSON.stringify((() => {{{body}}})()));"
+    program = f"{script(parts=parts or LOGIC)}\nprocess.stdout.write(JSON.stringify((() => {{{body}}})()));"
     ran = subprocess.run([node, "-"], input=program, capture_output=True, text=True, timeout=60, check=False)
     assert ran.returncode == 0, ran.stderr
     return json.loads(ran.stdout)

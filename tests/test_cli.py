@@ -133,6 +133,8 @@ BAD = [
     (("caustics", "--spn", "0.9", "--radius", "6"), "Argument --spn is unknown; did you mean --spin?"),
     (("caustics", "--spin", "0.9", "--radius", "6", "--order", "2"), "--order is unknown; did you mean --orders?"),
     (("caustics", "--spin", "0.9", "--radius", ""), "Argument --radius must be a number, but is empty."),
+    (("caustics", "--spin", "0.9", "--radius", "6,03"), "Argument --radius must be a number, but is 6,03."),
+    (("images", "--spin", "0.9", "--radius", "6", "--star", "84,0", "60"), "--star must be 2 numbers, but is 84,0."),
     (("caustics", "--spin", "0.9", "--radius", "6", "7"), "Argument --radius must be a number, but is 6 7."),
     (("caustics", "--spin", "0.9", "--radius", "6", "--spin", "1"), "Argument --spin must be given only once."),
     (

@@ -57,12 +57,15 @@ def drag_star(page, theta, phi, steps):
 def exported(page, name):
     with page.expect_download() as download:
         page.get_by_role("button", name=name).click()
+    state = page.evaluate("explorer.state()")
+    start = f"kerr_a{state['spin']}_r{state['radius']}_theta{state['theta']:.7g}_phi{state['phi']:.7g}."
+    assert download.value.suggested_filename.startswith(start)
     return download.value.path()
 
 
 @pytest.mark.slow
 def test_session(page, address):
-    state = ExplorerState(orders=2, theta=60.0, phi=150.0)
+    state = ExplorerState(spin=0.999, orders=2, theta=60.0, phi=150.0)
     page.goto(f"{address}#{state.address()}")
     settled(page)
     assert page.evaluate("explorer.counts()") == [1, 1]
@@ -88,7 +91,9 @@ def test_session(page, address):
     settled(page)
     assert page.evaluate("explorer.state().spin") == 0.99
     assert exported(page, "Export a PNG picture").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
-    assert b"<svg" in exported(page, "Export an SVG picture").read_bytes()[:200]
+    picture = exported(page, "Export an SVG picture").read_text(encoding="utf-8")
+    words = ("Camera sky", "Celestial sphere", "seen from inside", "← φ′", "θ′ ↓", " of index 1; certified.")
+    assert "<svg" in picture[:200] and [word for word in words if word not in picture] == []
     record = json.loads(exported(page, "Export the numbers as JSON").read_text())
     assert record["state"] == page.evaluate("explorer.state()") and len(record["caustics"]) == 2
     assert record["images"]["certified"]
@@ -150,7 +155,8 @@ def test_keys_move_the_star_and_change_the_spin(page, address):
         page.keyboard.press(key)
     settled(page)
     state = page.evaluate("explorer.state()")
-    assert (round(state["theta"], 9), state["phi"]) == (79.1, 102) and 0.5 < state["spin"] < 0.6
+    # The sphere is seen from inside: phi' grows to the left.
+    assert (round(state["theta"], 9), state["phi"]) == (79.1, 98) and 0.5 < state["spin"] < 0.6
 
 
 def test_what_cannot_be_is_said(page, address):
@@ -168,7 +174,7 @@ def test_page_without_a_program(chromium, tmp_path):
     from kerrcaustics.explorer.still_page import CAMERAS, write_page
 
     tour = (*LESSONS[1:3], *LESSONS[6:])
-    write_page(tmp_path / "explorer.html", CAMERAS[:2], [70.0, 90.0], tour)
+    write_page(tmp_path / "explorer.html", CAMERAS[1:3], [70.0, 90.0], tour)
     page = chromium.new_page(viewport={"width": 1400, "height": 900})
     wrong, asked = [], []
     page.on("console", lambda message: wrong.append(message.text) if message.type in ("error", "warning") else None)
@@ -252,23 +258,46 @@ def test_nothing_is_cut_off_on_a_phone(page, address):
     page.set_viewport_size({"width": 390, "height": 844})
     page.goto(f"{address}#orders=3&spin=0.7&radius=10&velocity=static")
     settled(page)
+    page.locator(".kc-controls summary").click()
     page.get_by_text("The same on the command line and in Python").click()
     assert page.evaluate(_EXCESS) <= 0
 
 
 @pytest.mark.slow
-def test_a_refused_number_is_forgotten_at_the_next_choice(page, address):
+def test_a_refused_number_is_forgotten_when_another_is_edited(page, address):
     page.goto(f"{address}#orders=2&spin=0.5")
     settled(page)
     for name, number in (("Radius r (M)", "-4"), ("Inclination (°)", "200")):
         page.get_by_label(f"{name}, number", exact=True).fill(number)
         page.keyboard.press("Enter")
     notes = page.locator(".kc-note:visible")
-    assert [text.split(" is not")[0] for text in notes.all_inner_texts()] == ["-4", "200"]
+    assert [text.split(" is not")[0] for text in notes.all_inner_texts()] == ["200"]
+    assert page.locator("[aria-invalid=true]").count() == 1
     page.get_by_label("Spin a, number", exact=True).fill("0.9")
     page.keyboard.press("Enter")
     settled(page)
     assert notes.count() == 0
+
+
+@pytest.mark.slow
+def test_a_first_visit_is_invited_to_drag_and_to_the_tour(page, address):
+    page.goto(address)
+    settled(page)
+    assert page.evaluate("[explorer.state().spin, explorer.invites()]") == [0.5, True]
+    invitation = page.locator(".kc-invitation")
+    drag_star(page, 88, 322, 10)
+    # Into the secondary caustic: the pair that the line promises.
+    assert page.evaluate("[explorer.counts(), explorer.invites()]") == [[1, 2, 2], False]
+    assert invitation.is_visible()
+    page.get_by_role("button", name="Take the tour").click()
+    settled(page)
+    assert invitation.is_hidden() and "1 of 8" in page.get_by_label("Tour", exact=True).inner_text()
+    # A link is no first visit.
+    link = page.url
+    page.goto("about:blank")
+    page.goto(link)
+    settled(page)
+    assert invitation.is_hidden() and not page.evaluate("explorer.invites()")
 
 
 @pytest.mark.slow
@@ -282,7 +311,7 @@ def test_the_quiz_hides_images_until_an_answer(page, address):
     images = kc.star_images(ExplorerState.from_values(state).camera(), ExplorerState.from_values(state).star(), 1)
     assert hidden == list(images.per_index.values()) and images.certified
     assert page.evaluate("explorer.images()") == [] and "certified" not in page.inner_text("header")
-    page.get_by_role("spinbutton", name="How many images").fill(str(sum(hidden)))
+    page.get_by_role("textbox", name="How many images").fill(str(sum(hidden)))
     page.keyboard.press("Enter")
     verdict = page.get_by_label("Quiz", exact=True).inner_text()
     assert "Right." in verdict and "1 of 1 right" in verdict
@@ -290,6 +319,7 @@ def test_the_quiz_hides_images_until_an_answer(page, address):
     # Another star, which somebody moves before an answer.
     page.get_by_role("button", name="Another star").click()
     until(page, "explorer.kept() !== null")
+    page.locator(".kc-controls summary").click()
     page.get_by_label("Star θ′ (°)", exact=True).fill("120")
     settled(page)
     assert page.evaluate("explorer.kept()") is None and sum(page.evaluate("explorer.counts()")) > 0
@@ -307,6 +337,6 @@ def test_an_orbit_is_recorded_as_a_gif(page, address):
     assert page.evaluate("explorer.state().phi") == star
     with Image.open(download.value.path()) as film:
         frames = [np.asarray(frame.convert("L"), float) for frame in ImageSequence.Iterator(film)]
-    assert len(frames) == 48 and frames[0].shape == (640, 1240) and film.info["duration"] == 80
+    assert len(frames) == 48 and frames[0].shape == (720, 1240) and film.info["duration"] == 80
     # The star moves in all frames: each differs from the one before.
     assert min(np.abs(a - b).max() for a, b in pairwise(frames)) > 50

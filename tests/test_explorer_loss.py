@@ -83,16 +83,21 @@ def test_a_program_that_is_back_is_found_again(page, tmp_path):
         check_new(page, 0.9)
         process.kill()
         process.wait()
-        # At once, on a machine that others use.
-        until(page, "explorer.line() !== ''", 20)
+        # At once, on a machine that others use. A port was not named: the page says how.
+        until(page, "explorer.line().includes('--port')", 20)
         typed(page, "Spin a", "0.8")
         check_old(page)
         page.keyboard.press("Space")
         until(page, "!explorer.playing()", 5)
         assert page.locator(".kc-clock").text_content() == ""
-    with served("--port", port, "--token-file", token) as (again, _):
+    with served("--port", port, "--token-file", token) as (again, process):
         assert again == address
         check_new(page, 0.8)
+        process.kill()
+        process.wait()
+        # Nothing is advised that was done.
+        until(page, "explorer.line().includes('Start it again as before')", 20)
+        assert "--token-file" not in page.evaluate("explorer.line()")
     with served("--port", port):
         # A program with another token is not taken for the one of before.
         until(page, "explorer.line().includes('token in this address')", 90)
@@ -116,6 +121,26 @@ def test_numbers_out_of_range_are_refused_beside_them(page, address, label, wron
     assert float(field.input_value()) == getattr(STATE, name) and field.get_attribute("aria-invalid") == "true"
     assert allowed in page.locator(".kc-note:visible").text_content()
     typed(page, label, str(getattr(STATE, name)))
+    assert page.locator(".kc-note:visible").count() == 0
+
+
+def test_a_decimal_comma_is_read_as_a_point_in_every_field(page, address):
+    page.goto(f"{address}#{STATE.address()}")
+    settled(page)
+    typed_texts = {"Spin a": "0,7", "Radius r (M)": "6,03", "Inclination (°)": "90,0", "Star θ′ (°)": "70,25"}
+    for label, text in {
+        **typed_texts,
+        "Star φ′ (°)": "250,5",
+        "Star radius (°)": "0,5",
+        "Frequency ωM": "0,25",
+    }.items():
+        page.get_by_label(f"{label}, number").fill("")
+        page.get_by_label(f"{label}, number").press_sequentially(text)
+        page.keyboard.press("Enter")
+    settled(page)
+    state = page.evaluate("explorer.state()")
+    names = ("spin", "radius", "inclination", "theta", "phi", "size", "frequency")
+    assert [state[name] for name in names] == [0.7, 6.03, 90, 70.25, 250.5, 0.5, 0.25]
     assert page.locator(".kc-note:visible").count() == 0
 
 

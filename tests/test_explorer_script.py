@@ -8,7 +8,7 @@ import pytest
 from exploring import evaluated
 
 from kerrcaustics.explorer.page_data import view_of
-from kerrcaustics.explorer.page_script import PARTS
+from kerrcaustics.explorer.page_script import LOGIC, PARTS
 from kerrcaustics.explorer.state import PAGE, PRESETS, ExplorerState
 
 
@@ -16,6 +16,28 @@ def test_every_part_is_joined_and_short():
     files = {path.stem: path.read_text(encoding="utf-8") for path in (PAGE / "parts").glob("*.js")}
     assert sorted(files) == sorted(PARTS)
     assert max(len(text.splitlines()) for text in files.values()) <= 260
+
+
+def test_a_decimal_comma_is_a_point_and_nothing_else_is_guessed():
+    texts = [
+        "6,03",
+        "0,7",
+        " 6.03 ",
+        ",5",
+        "5.",
+        "−4",
+        "1e-3",
+        "84",
+        "",
+        "1,234.5",
+        "6 03",
+        "6,0,3",
+        "0x10",
+        "Infinity",
+    ]
+    numbers = evaluated(f"return {json.dumps(texts)}.map(numberOf);")
+    assert numbers == [6.03, 0.7, 6.03, 0.5, 5, -4, 0.001, 84, *[None] * 6]
+    assert evaluated("return stateOf('#spin=0,7&radius=6,03');") == {"spin": 0.7, "radius": 6.03}
 
 
 @pytest.mark.parametrize("state", PRESETS.values(), ids=PRESETS)
@@ -67,7 +89,20 @@ def test_the_newest_question_waits_and_curves_are_not_forgotten():
         "q.ask('full', state, 0, false); q.ask('full', state, 0, false); q.ask('star', { ...state, phi: 3 }, 0, false);"
         "q.answered({ id: 1, want: 'full' }); q.next('view'); return [sent, q.busy];"
     )
-    assert [(one["id"], one["want"], one["state"]["phi"]) for one in sent] == [(1, "full", 60), (2, "full", 3)] and busy
+    assert [(one["id"], one["want"], one["state"]["phi"]) for one in sent] == [
+        (1, "full", 295),
+        (2, "full", 3),
+    ] and busy
+
+
+def test_a_question_about_a_disc_keeps_its_size_when_its_camera_is_put_right():
+    """Else the light of the disc of before would be taken for that of the star of now."""
+    state = evaluated(
+        "const q = new Questions(() => {}), now = { ...DEFAULTS, radius: 1.5 }; q.open = true;"
+        "q.ask('shapes', { ...now, size: 1 }, 0, true); q.settle(now, { ...now, radius: 2, size: 0 });"
+        "return q.sent.shapes.state;"
+    )
+    assert (state["radius"], state["size"]) == (2, 1)
 
 
 def test_pairs_are_placed_where_their_images_are():
@@ -130,21 +165,16 @@ def test_numbers_are_taken_within_their_range(value, complaint):
     assert evaluated(f"return complaintAbout({value}, [0, 1000], ' M');") == complaint
 
 
-@pytest.mark.slow
-def test_the_command_writes_the_standalone_page(capsys, tmp_path, monkeypatch):
-    from command_line import run
+def test_words_have_their_place_where_no_curve_is():
+    spot = "const spots = beside([100, 100], 40, 20); return clearSpot(spots, POINTS, 15, 8);"
+    clear = lambda points: evaluated(spot.replace("POINTS", json.dumps(points)), (*LOGIC, "label_spots"))  # noqa: E731
+    assert clear([]) == [100, 120] and clear([[90, 125], None]) == [100, 80]
+    assert clear([[90, 125], [100, 80]]) == [140, 100]
+    # Where all are taken, the first.
+    assert clear([[100, 120], [100, 80], [140, 100], [60, 100]]) == [100, 120]
 
-    from kerrcaustics.explorer import still_page
 
-    whole = still_page.write_page
-    monkeypatch.setattr(
-        still_page, "write_page", lambda path, **rest: whole(path, still_page.CAMERAS[:1], [90.0], (), **rest)
-    )
-    status, out, _ = run(capsys, "explore", "--page", tmp_path / "page.html")
-    text = (tmp_path / "page.html").read_text(encoding="utf-8")
-    assert (
-        status == 0
-        and "page.html" in out
-        and "<html" in text
-        and "http://" not in text.replace("http://www.w3.org", "")
-    )
+def test_what_is_waited_for_is_said():
+    lines = evaluated("return [['program', 2], ['kernel', 0.4], ['kernel', 7.9]].map((one) => waitingLine(...one));")
+    assert lines[:2] == ["Waiting for the program … 2 s", "Waiting for the kernel … 0 s"]
+    assert lines[2] == "Waiting for the kernel … 7 s: it answers once the cells before have run"

@@ -97,10 +97,12 @@ def caustics(
 def demo(*, output: FileName = Path("demo"), common: CommonOptions = COMMON) -> None:
     """Compute and draw the first three caustics for a = 0.999 at r = 6.03 and at r = 2.6 (JTFT figs 4, 5, 8, 9).
 
+    Beside the pictures lies a page, explorer.html, on which a star can be dragged over caustics.
+
     Parameters
     ----------
     output
-        Folder for the pictures; created if missing.
+        Folder for the pictures and the page; created if missing.
     """
     make_folder(output)
     pictures = [output / f"caustics_a{_DEMO_SPIN}_r{radius}.png" for radius in _DEMO_RADII]
@@ -118,11 +120,22 @@ def demo(*, output: FileName = Path("demo"), common: CommonOptions = COMMON) -> 
             _draw(curves, picture)
         _print_table(curves, out)
         records.append(record(curves))
-    common.write({"schema": "kerrcaustics/demo/1", "caustics": records, "pictures": [str(path) for path in pictures]})
+    page = _write_page(output / "explorer.html")
+    files = {"pictures": [str(path) for path in pictures], "page": str(page)}
+    common.write({"schema": "kerrcaustics/demo/1", "caustics": records, **files})
     out.print("Pictures:")
     for picture in pictures:
         say(out, f"  {picture}")
+    say(out, f"Drag a star over the caustics, in a browser: {page}")
     say(out, "Now find all images of a star in a caustic: kerrcaustics images --spin 0.999 --radius 2.6 --star 90 141")
+
+
+def _write_page(path: Path) -> Path:
+    from kerrcaustics.explorer.still_page import write_page
+
+    with plain_errors():
+        write_page(path)
+    return path
 
 
 def _draw(curves: "CausticSet", path: Path) -> None:

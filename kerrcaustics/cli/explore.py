@@ -92,7 +92,7 @@ def explore(
     if not no_browser:
         threading.Thread(target=_open_browser, args=(address,), daemon=True).start()
     on_interrupt(lambda: "the explorer has ended.", status=0)
-    serve(listener, host, token)
+    serve(listener, host, token, lasting=bool(port and token_file))
 
 
 def _write_page(page: Path, common: CommonOptions) -> None:

@@ -36,6 +36,7 @@ from kerrcaustics.draw.sky_axes import (
     celestial_sphere_axes,
     critical_line,
     draw_wrapped,
+    seen_from_outside,
     unrolled_axes,
     wrapped,
 )
@@ -309,7 +310,7 @@ class CircleOrbit:
         sky.set_title("images of the circle, as the camera sees them")
         near.set_title("the same, near the shadow (its edge is at the bottom)")
         sphere.set_title("the circle and the caustics on the celestial sphere")
-        sphere.set_xlabel("φ′ from the camera (deg)")
+        sphere.set_xlabel(seen_from_outside("φ′ from the camera (deg)"))
         tilt = f"great circle {math.degrees(self._normal[0]):.6g} deg from the equatorial plane; "
         self.figure.text(0.5, 0.993, tilt + headline(caustics), ha="center", va="top")
         place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (0.555, 0.145)}

@@ -25,7 +25,14 @@ from kerrcaustics.draw.projection import (
     view_axes,
     whole_line,
 )
-from kerrcaustics.draw.sky_axes import camera_sky_axes, critical_line, draw_mark, is_shapeless, unrolled_axes
+from kerrcaustics.draw.sky_axes import (
+    camera_sky_axes,
+    critical_line,
+    draw_mark,
+    is_shapeless,
+    seen_from_outside,
+    unrolled_axes,
+)
 from kerrcaustics.draw.titles import headline
 from kerrcaustics.shapes import Float
 
@@ -128,7 +135,7 @@ def celestial_sphere(ax: Axes, caustic: Caustic) -> Axes:
     circuits = 360 if right - left < 9000 else 3600
     for turn in range(math.ceil(left / circuits), math.floor(right / circuits) + 1):
         ax.axvline(circuits * turn, color=style.GUIDE_COLOUR, linewidth=0.5, zorder=0.5)
-    ax.set(xlim=(left, right), ylim=(187, -7), xlabel="φ′ (deg)", ylabel="θ′ (deg)")
+    ax.set(xlim=(left, right), ylim=(187, -7), xlabel=seen_from_outside(), ylabel="θ′ (deg)")
     ax.xaxis.set_major_locator(MultipleLocator(style.tick_step(right - left, 8)))
     ax.yaxis.set_major_locator(MultipleLocator(45))
     return ax

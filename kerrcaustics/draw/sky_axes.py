@@ -102,13 +102,19 @@ def unrolled_axes(ax: Axes, unit: str = "rad") -> Axes:
     return ax
 
 
+def seen_from_outside(name: str = _SPHERE_NAME) -> str:
+    """The name of an axis of phi' that grows to the right: the camera, which is inside, sees it grow to the left."""
+    return f"{name}, seen from outside"
+
+
 def celestial_sphere_axes(ax: Axes, name: str = _SPHERE_NAME, step: float = 30, middle: float = 0.0) -> Axes:
     """Axes of the whole celestial sphere: phi' (`name`) about `middle`, theta' down, a tick every `step` degrees.
 
     Axes that have that name already keep their limits.
     """
-    if ax.get_xlabel() != name:
-        ax.set(xlim=(middle - 180, middle + 180), ylim=(180, 0), xlabel=name, ylabel="θ′ (deg)")
+    label = seen_from_outside(name)
+    if ax.get_xlabel() != label:
+        ax.set(xlim=(middle - 180, middle + 180), ylim=(180, 0), xlabel=label, ylabel="θ′ (deg)")
         ax.xaxis.set_major_locator(MultipleLocator(60))
         ax.xaxis.set_major_formatter(FuncFormatter(lambda phi, _: style.number(_named_azimuth(phi))))
         ax.yaxis.set_major_locator(MultipleLocator(step))
@@ -166,7 +172,7 @@ def caustics_on_sphere(ax: Axes, caustics: CausticSet) -> Axes:
     another one needs it. Those that go round more often run from border to border.
     """
     whole = [caustic for caustic in caustics if caustic.circuits < 1]
-    if ax.get_xlabel() != _SPHERE_NAME and whole:
+    if ax.get_xlabel() != seen_from_outside() and whole:
         largest = max(whole, key=lambda caustic: caustic.phi_extent)
         middle = _nearest_turn(_middle_phi(largest), 0.0)
         low, high = zip(*(_reach(caustic, middle) for caustic in whole), strict=True)

@@ -48,11 +48,20 @@ class NoState(ValueError):
         self.number, self.want = number, want
 
 
-def greeting() -> Message:
-    """The first message to the page: the state to begin with, what is allowed, presets, lessons and terms."""
+def greeting(*, lasting: bool = False) -> Message:
+    """The first message to the page: the state to begin with, what is allowed, presets, lessons and terms.
+
+    lasting: True if the program has the same address at every start.
+    """
     presets = [{"name": name, "state": state.record()} for name, state in PRESETS.items()]
     usual = ExplorerState()
-    record = {"kind": "greeting", "state": usual.record(), "allowed": allowed(usual), "presets": presets}
+    record = {
+        "kind": "greeting",
+        "state": usual.record(),
+        "allowed": allowed(usual),
+        "presets": presets,
+        "lasting": lasting,
+    }
     return Message({**record, **lessons()}, {})
 
 

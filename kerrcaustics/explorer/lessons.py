@@ -18,6 +18,7 @@ class Lesson:
     idea: the idea, in two sentences.
     look_for: the thing to look for on the page.
     per_index: certified number of images of each Morse index.
+    zoom: order of the caustic that fills the celestial sphere; 0 for the whole sphere.
     """
 
     name: str
@@ -25,6 +26,7 @@ class Lesson:
     idea: str
     look_for: str
     per_index: tuple[int, ...]
+    zoom: int = 0
 
     @property
     def count(self) -> str:
@@ -35,7 +37,7 @@ class Lesson:
     def record(self) -> dict[str, Any]:
         """The lesson as the page gets it."""
         texts = {"name": self.name, "idea": self.idea, "look_for": self.look_for, "count": self.count}
-        return {**texts, "state": self.state.record()}
+        return {**texts, "state": self.state.record(), "zoom": self.zoom}
 
 
 LESSONS = (
@@ -66,6 +68,7 @@ LESSONS = (
         "the images of index 1 and 2 on both sides of the secondary critical curve. Drag the star out of the "
         "secondary caustic and back: the pair meets, vanishes, and is born again with a flash.",
         (1, 2, 2),
+        zoom=2,
     ),
     Lesson(
         "A cusp",
@@ -75,10 +78,11 @@ LESSONS = (
         "three images beside each other, two of one index and one between them. Drag the star out through the tip: "
         "one of the three is left.",
         (1, 2, 2),
+        zoom=2,
     ),
     Lesson(
         "Winding",
-        ExplorerState(orders=3, theta=90.0, phi=72.0, chart="unwrapped"),
+        ExplorerState(spin=0.999, orders=3, theta=90.0, phi=72.0, chart="unwrapped"),
         "Near a rapidly spinning hole light circles before it leaves, and caustics are drawn out and wound up. The "
         "tertiary caustic runs more than five times round the sky, and each time that it winds round the star adds one "
         "pair.",

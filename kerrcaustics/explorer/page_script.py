@@ -12,11 +12,22 @@ lessons, GIF files."""
 PARTS = (
     *LOGIC,
     # What panels draw.
-    *("pens", "words", "sky_panel", "celestial_map", "celestial_globe", "source_panel", "strip", "spectrum"),
+    *(
+        "pens",
+        "label_spots",
+        "words",
+        "sky_panel",
+        "celestial_map",
+        "celestial_globe",
+        "source_panel",
+        "strip",
+        "spectrum",
+    ),
     # What users see and touch.
-    *("elements", "terms", "canvases", "screen", "controls", "tables", "playback", "pointers", "exports", "status"),
+    *("elements", "terms", "canvases", "screen", "controls", "tables", "playback", "pointers"),
+    *("exports", "status", "backdrop"),
     # Lessons.
-    *("tour", "quiz", "recording", "page"),
+    *("invitation", "tour", "quiz", "recording", "page"),
     *("shown", "explorer", "start"),
 )
 """Files of `page/parts` in the order in which they are joined."""

@@ -86,12 +86,13 @@ class _Client:
 class Explorer:
     """The application: its pages, the rights of clients, and their turns.
 
-    hosts: the names, with the port, under which the page may be requested; token: that its address must hold.
+    hosts: the names, with the port, under which the page may be requested; token: that its address must hold;
+    lasting: True if the address is the same at every start.
     """
 
-    def __init__(self, hosts: frozenset[str], token: str) -> None:
+    def __init__(self, hosts: frozenset[str], token: str, *, lasting: bool = False) -> None:
         """Prepare the routes; computations begin with the first client."""
-        self.hosts, self.token = hosts, token
+        self.hosts, self.token, self.lasting = hosts, token, lasting
         self.clients = 0
         self._pool = ThreadPoolExecutor(_WORKERS, "explorer")
         self._turn = asyncio.Semaphore(_WORKERS)
@@ -155,7 +156,7 @@ class Explorer:
 
     async def _serve(self, client: _Client) -> None:
         """Read questions while answers are made; those of a page that is gone are dropped."""
-        await client.socket.send_bytes(greeting().encoded())
+        await client.socket.send_bytes(greeting(lasting=self.lasting).encoded())
         answering = asyncio.create_task(self._answers(client))
         try:
             await self._questions(client)
@@ -247,15 +248,15 @@ def _addresses() -> set[str]:
     return set()
 
 
-def serve(opened: socket.socket, host: str, token: str) -> None:
-    """Serve the explorer on a socket until the process ends."""
-    server(host, opened.getsockname()[1], token).run(sockets=[opened])
+def serve(opened: socket.socket, host: str, token: str, *, lasting: bool = False) -> None:
+    """Serve the explorer on a socket until the process ends; lasting: at the same address at every start."""
+    server(host, opened.getsockname()[1], token, lasting=lasting).run(sockets=[opened])
 
 
-def server(host: str, port: int, token: str) -> uvicorn.Server:
-    """The server of an address, which runs on a socket of its own."""
+def server(host: str, port: int, token: str, *, lasting: bool = False) -> uvicorn.Server:
+    """The server of an address, which runs on a socket of its own; lasting: the same address at every start."""
     config = uvicorn.Config(
-        Explorer(own_names(host, port), token).app,
+        Explorer(own_names(host, port), token, lasting=lasting).app,
         log_level="critical",
         access_log=False,
         backlog=MOST_CLIENTS,

@@ -32,8 +32,9 @@ PAGE = Path(__file__).parent / "page"
 
 BACKDROPS = ("none", "stars", "checkerboard")
 CHARTS = ("map", "unwrapped", "globe")
+SPHERES = ("inside", "outside")
 
-_CHOICES = {"velocity": VELOCITY_NAMES, "backdrop": BACKDROPS, "chart": CHARTS}
+_CHOICES = {"velocity": VELOCITY_NAMES, "backdrop": BACKDROPS, "chart": CHARTS, "sphere": SPHERES}
 
 
 @dataclass(frozen=True)
@@ -51,19 +52,21 @@ class ExplorerState:
     frequency: angular frequency of its waves, times the mass, 0 for rays alone.
     backdrop: the sky behind the curves.
     chart: the chart of the celestial sphere.
+    sphere: the side from which the celestial sphere is seen.
     """
 
-    spin: float = 0.999
+    spin: float = 0.5
     radius: float = 6.03
     inclination: float = 90.0
     velocity: str = "circular"
     orders: int = 3
     theta: float = 84.0
-    phi: float = 60.0
+    phi: float = 295.0
     size: float = 0.0
     frequency: float = 0.0
     backdrop: str = "none"
     chart: str = "map"
+    sphere: str = "inside"
 
     @classmethod
     def from_values(cls, values: Mapping[str, Any]) -> Self:
@@ -155,11 +158,11 @@ class ExplorerState:
 
 PRESETS: dict[str, ExplorerState] = {
     "JTFT fig 4: no spin": ExplorerState(spin=0.0, orders=2, theta=80.0, phi=150.0),
-    "JTFT fig 5: caustics at r = 6.03": ExplorerState(theta=84.0, phi=60.0),
-    "JTFT fig 6: a pair at r = 6.03": ExplorerState(orders=2, theta=90.0, phi=300.0),
-    "JTFT fig 7: tracks at r = 6.03": ExplorerState(orders=2, theta=70.0, phi=90.0),
-    "JTFT fig 8: stars at r = 2.6": ExplorerState(radius=2.6, theta=80.0, phi=120.0, backdrop="stars"),
-    "JTFT fig 9: caustics at r = 2.6": ExplorerState(radius=2.6, theta=100.0, phi=120.0),
+    "JTFT fig 5: caustics at r = 6.03": ExplorerState(spin=0.999, theta=84.0, phi=60.0),
+    "JTFT fig 6: a pair at r = 6.03": ExplorerState(spin=0.999, orders=2, theta=90.0, phi=300.0),
+    "JTFT fig 7: tracks at r = 6.03": ExplorerState(spin=0.999, orders=2, theta=70.0, phi=90.0),
+    "JTFT fig 8: stars at r = 2.6": ExplorerState(spin=0.999, radius=2.6, theta=80.0, phi=120.0, backdrop="stars"),
+    "JTFT fig 9: caustics at r = 2.6": ExplorerState(spin=0.999, radius=2.6, theta=100.0, phi=120.0),
 }
 """States to begin with: those of figures of James, von Tunzelmann, Franklin & Thorne 2015."""
 

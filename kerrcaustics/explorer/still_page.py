@@ -7,21 +7,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from kerrcaustics.explorer.answers import orbit_of, shapes_of, waves_of
 from kerrcaustics.explorer.lessons import LESSONS, Lesson, lessons
-from kerrcaustics.explorer.page_data import Message, view_of
 from kerrcaustics.explorer.page_script import script
 from kerrcaustics.explorer.state import PAGE, ExplorerState
+from kerrcaustics.explorer.still_states import CAMERAS, THETAS, kinds_of, messages, requests
 from kerrcaustics.files import writing
-from kerrcaustics.results.progress import Progress, in_steps, with_progress
-
-CAMERAS = tuple(
-    ExplorerState(spin=spin, radius=radius, theta=76.0, phi=330.0, orders=3 if spin == 0.5 else 2)
-    for spin, radius in ((0.999, 6.03), (0.0, 6.03), (0.5, 6.03), (0.9, 6.03), (0.999, 2.6), (0.9, 2.6))
-)
-THETAS = (30.0, 60.0, 70.0, 76.0, 80.0, 84.0, 88.0, 90.0, 100.0, 120.0, 150.0)
-"""Heights of stars, degrees; on each, all longitudes."""
-_MOMENTS = 240
+from kerrcaustics.results.progress import Progress, with_progress
 
 
 @with_progress
@@ -33,30 +24,22 @@ def write_page(
     *,
     progress: Progress | bool | None = None,
 ) -> None:
-    """Write the page of some cameras on circular orbits, stars at some heights (degrees), and a tour."""
-    views, orbits = [], []
-    for camera in in_steps("camera", cameras):
-        views.append(_text(view_of(camera)))
-        orbits.append([_text(orbit_of(replace(camera, theta=theta), _MOMENTS)) for theta in thetas])
+    """Write the page of some cameras on circular orbits, stars at some heights (degrees), and a tour.
+
+    The states of the usual page come with the package; others are computed, a fraction of a second each.
+    """
+    known = messages(requests(cameras, thetas, tour))
+    texts = {request: base64.b64encode(data).decode() for request, data in known.items()}
     states = {
-        "views": views,
+        "views": [texts["view", camera] for camera in cameras],
         "thetas": list(thetas),
-        "orbits": orbits,
+        "orbits": [[texts["orbit", replace(camera, theta=theta)] for theta in thetas] for camera in cameras],
         "presets": [{"name": f"a = {one.spin:g}, r = {one.radius:g}", "state": one.record()} for one in cameras],
-        "lessons": [_star(lesson.state) for lesson in tour],
+        "lessons": [{kind: texts[kind, lesson.state] for kind in kinds_of(lesson.state)} for lesson in tour],
         "words": lessons(tour),
     }
     with writing(path) as file:
         file.write(_page(json.dumps(states)).encode())
-
-
-def _star(state: ExplorerState) -> dict[str, str | None]:
-    return {
-        "view": _text(view_of(state)),
-        "orbit": _text(orbit_of(state, _MOMENTS)) if state.has_orbit else None,
-        "shapes": _text(shapes_of(state)) if state.size else None,
-        "waves": _text(waves_of(state)) if state.frequency else None,
-    }
 
 
 def _page(states: str) -> str:
@@ -76,7 +59,3 @@ def _page(states: str) -> str:
 
 def _hash(text: str) -> str:
     return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
-
-
-def _text(message: Message) -> str:
-    return base64.b64encode(message.encoded()).decode()

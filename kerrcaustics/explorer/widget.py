@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 
 def explore(
-    spin: float = 0.999,
+    spin: float = 0.5,
     radius: float = 6.03,
     inclination: float = math.pi / 2,
     velocity: str | None = None,
     *,
-    star: tuple[float, float] = (math.radians(84), math.radians(60)),
+    star: tuple[float, float] = (math.radians(84), math.radians(295)),
     size: float = 0.0,
     orders: int = 3,
 ) -> "AnyWidget":

@@ -12,7 +12,7 @@ export default {
       if (message?.kind === "message") buffers.forEach((bytes) => listeners.forEach((listener) => listener(bytes)));
     };
     model.on("msg:custom", heard);
-    const explorer = mount(el, channel);
+    const explorer = mount(el, channel, { waitsFor: "kernel", invites: true });
     const followed = () => {
       const wanted = model.get("state");
       if (JSON.stringify(wanted) !== JSON.stringify(explorer.state()) && !explorer.busy()) explorer.show(wanted);

@@ -5,11 +5,14 @@ const LONGEST_WAIT = 10000;
 
 const START = `kerrcaustics explore --port ${location.port || 8765} --token-file FILE`;
 const LASTS = `For an address that stays the same, start it with “${START}”.`;
-// By the status of the server's reply; 0 without one.
+const ENDED = "No program answers at this address: it has ended, or cannot be reached.";
+const OTHER = "The token in this address is not that of the program that runs there";
+// By the status of the server's reply, 0 without one: for a program whose address changes, and for one with a port and a
+// token of its own.
 const CLOSED = {
-  0: `No program answers at this address: it has ended, or cannot be reached. ${LASTS}`,
-  403: `The token in this address is not that of the program that runs there: open the address that it printed. ${LASTS}`,
-  503: "The program already serves as many pages as it can: close one of them.",
+  0: [`${ENDED} Start it again, and open the address that it prints. ${LASTS}`, `${ENDED} Start it again as before.`],
+  403: [`${OTHER}: open the address that it printed. ${LASTS}`, `${OTHER}: start it with the --token-file of before.`],
+  503: Array(2).fill("The program already serves as many pages as it can: close one of them."),
 };
 
 class Connection {
@@ -55,7 +58,8 @@ class Connection {
     this.lose("The connection was lost.");
     this.timer = setTimeout(() => this.open(), this.wait);
     this.wait = Math.min(this.wait * 2, LONGEST_WAIT);
-    this.lose(reason || CLOSED[await this.status()] || CLOSED[0]);
+    const lines = CLOSED[await this.status()] ?? CLOSED[0];
+    this.lose(reason || lines[this.isLasting ? 1 : 0]);
   }
   lose(line) {
     if (this.socket.readyState !== WebSocket.OPEN) this.explorer.lose(`${line} The page keeps trying.`);
@@ -70,7 +74,10 @@ class Connection {
 }
 
 const connection = new Connection();
-connection.explorer = mount(document.getElementById("explorer"), connection, { wholePage: true });
+connection.explorer = mount(document.getElementById("explorer"), connection, {
+  wholePage: true,
+  invites: !location.hash,
+});
 window.explorer = connection.explorer;
 window.addEventListener("hashchange", () => window.explorer.show(stateOf(location.hash)));
 window.addEventListener("online", () => connection.open());

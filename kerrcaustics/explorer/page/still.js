@@ -32,6 +32,7 @@ function stillChannel(states) {
     return { view: views[i], message: (orbits[i][j] ??= kept(states.orbits[i][j])) };
   }
   function answered({ id, want, state }) {
+    const { chart, sphere } = state;
     if (want === "backdrop") return { kind: "backdrop", id, want, state, arrays: {} };
     if (LAYERS[want]) {
       const isItself = (one) => one[want] && LAYERS[want].keyOf(one[want].state) === LAYERS[want].keyOf(state);
@@ -41,11 +42,11 @@ function stillChannel(states) {
     }
     const lesson = lessonOf(state);
     if (lesson && want !== "orbit" && isStarOf(lesson, state))
-      return { ...lesson.view, id, want, quality: "full", state: { ...lesson.view.state, chart: state.chart } };
+      return { ...lesson.view, id, want, quality: "full", state: { ...lesson.view.state, chart, sphere } };
     const { view, message } = lesson?.message ? lesson : closest(state);
     const orbit = orbitOf(message);
     const frame = orbit.frames[nearest(orbit.frames, ({ phi }) => Math.abs(mod(phi - state.phi + 180, TURN) - 180))];
-    const shown = { ...view.state, theta: message.state.theta, phi: frame.phi, chart: state.chart, backdrop: "none" };
+    const shown = { ...view.state, theta: message.state.theta, phi: frame.phi, chart, sphere, backdrop: "none" };
     if (want === "orbit") return { ...message, id, want, state: shown };
     const list = frame.images,
       none = list.map(() => null),
@@ -86,5 +87,5 @@ function stillChannel(states) {
 window.explorer = mount(
   document.getElementById("explorer"),
   stillChannel(JSON.parse(document.getElementById("states").textContent)),
-  { wholePage: true },
+  { wholePage: true, invites: !location.hash },
 );

@@ -1,20 +1,25 @@
-// The celestial sphere as a globe, seen from outside: an orthographic projection.
+// The celestial sphere as a globe, from inside or outside: an orthographic projection of the half that is looked at.
 
-const GLOBE = { lon: 40, lat: 20, zoom: 1 };
+// At first the half behind the hole is looked at, as by the camera.
+const GLOBE = { lon: 160, lat: 20, zoom: 1 };
 
 class GlobeChart {
   constructor() {
+    // 1 where phi' grows to the right.
+    this.side = 1;
     this.reset();
   }
   reset() {
     this.view = { ...GLOBE };
   }
-  fit() {}
+  fit({ state }) {
+    this.side = sideOf(state);
+  }
   isEmpty() {
     return false;
   }
   key() {
-    return Object.values(this.view).join();
+    return [this.side, ...Object.values(this.view)].join();
   }
   frame(w, height) {
     return { w, h: height, R: 0.46 * Math.min(w, height) * this.view.zoom, cx: w / 2, cy: height / 2 };
@@ -27,11 +32,11 @@ class GlobeChart {
   }
   spot([theta, phi], f) {
     const [x, y, z] = this.facing(place(theta, phi));
-    return [f.cx + x * f.R, f.cy - y * f.R, z];
+    return [f.cx + this.side * x * f.R, f.cy - y * f.R, z];
   }
   // theta', phi' under the pointer; null beside the globe.
   under(x, y, f) {
-    const [u, v] = [(x - f.cx) / f.R, (f.cy - y) / f.R];
+    const [u, v] = [(this.side * (x - f.cx)) / f.R, (f.cy - y) / f.R];
     if (u * u + v * v > 1) return null;
     const z = Math.sqrt(1 - u * u - v * v);
     const [cl, sl, cb, sb] = turned(this.view);
@@ -42,7 +47,7 @@ class GlobeChart {
     this.view.zoom = clamp(this.view.zoom * factor, 0.6, 40);
   }
   pan(dx, dy, f) {
-    this.view.lon -= dx / f.R / RAD;
+    this.view.lon -= (this.side * dx) / f.R / RAD;
     this.view.lat = clamp(this.view.lat + dy / f.R / RAD, -89, 89);
   }
   outline(pen, points, f, style) {
@@ -65,6 +70,7 @@ class GlobeChart {
       this.grid(pen, f, colours);
       for (const curve of [...model.curves].reverse()) this.caustic(pen, curve, f, orderColour(colours, curve.order));
     });
+    pen.text(f.w - 8, 12, seenFrom(model.state), { fill: colours.ink, size: 12, align: "right", halo: colours.halo });
   }
   // What lies behind is faint.
   line(pen, points, f, style) {

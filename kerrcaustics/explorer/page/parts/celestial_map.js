@@ -1,10 +1,13 @@
-// The celestial sphere as a map: phi' to the right, theta' downward, whole turns repeated or unwrapped.
+// The celestial sphere as a map: theta' downward, phi' to the left as one sees it looking out, to the right as one would
+// see it from outside; whole turns repeated or unwrapped.
 
 const degrees = (angle) => `${Number(angle.toFixed(10))}°`;
 
 class MapChart {
   constructor(wrapped) {
     this.wrapped = wrapped;
+    // 1 where phi' grows to the right.
+    this.side = 1;
     this.auto = [0, TURN, 0, 180];
     this.window = null;
   }
@@ -12,6 +15,7 @@ class MapChart {
     this.window = null;
   }
   fit(model) {
+    this.side = sideOf(model.state);
     this.auto = [0, TURN, 0, 180];
     if (this.wrapped || !model.curves.length) return;
     const [low, high] = span(model.curves.flatMap((curve) => curve.celestial.map(([, phi]) => phi)));
@@ -37,14 +41,16 @@ class MapChart {
     return this.window ?? this.auto;
   }
   key() {
-    return [this.wrapped, ...this.shown].join();
+    return [this.wrapped, this.side, ...this.shown].join();
   }
   frame(w, height) {
     const [a, b, c, d] = this.shown;
     const labels = this.latitudes(height - 32).map(degrees);
     const [x, y] = [14 + 6.2 * Math.max(4, ...labels.map((label) => label.length)), 8];
     const [wide, high] = [w - x - 18, height - y - 24];
-    return { x, y, w: wide, h: high, sx: wide / (b - a), sy: high / (d - c), a, c };
+    // sx: negative where phi' grows to the left; a: phi' at the left border.
+    const [left, sx] = this.side > 0 ? [a, wide / (b - a)] : [b, -wide / (b - a)];
+    return { x, y, w: wide, h: high, sx, sy: high / (d - c), a: left, c };
   }
   spot([theta, phi], f) {
     return [f.x + (phi - f.a) * f.sx, f.y + (theta - f.c) * f.sy];
@@ -106,12 +112,27 @@ class MapChart {
       for (const curve of [...model.curves].reverse()) this.caustic(pen, curve, f, look, bright);
       if (model.orbit) this.orbit(pen, f, model, look, bright);
       this.words(pen, f, model, bright ? OVER_PICTURE : look.colours);
+      this.names(pen, f, model.state, bright ? OVER_PICTURE : look.colours);
     });
     pen.line(box(f.x, f.y, f.w, f.h), { stroke: look.colours.edge, width: 1, closed: true });
   }
-  words(pen, f, { state }, { soft, halo }) {
-    for (const [x, y] of this.spots(behindHole(state), f))
-      pen.text(x, y + 24, "behind the hole", { fill: soft, size: 12, halo });
+  words(pen, f, { state, curves }, { soft, halo }) {
+    const points = curves.flatMap(({ celestial }) => celestial.flatMap((point) => this.spots(point, f)));
+    for (const at of this.spots(behindHole(state), f)) {
+      const spot = clearSpot(column(at, 24, 140), points, 48, 9);
+      // A line leads to words that stand away.
+      const [end, side] = [spot[1] - at[1], Math.sign(spot[1] - at[1])];
+      if (Math.abs(end) > 24) pen.line([[at[0], at[1] + 8 * side], [at[0], spot[1] - 9 * side]], { stroke: soft, width: 0.8 });
+      pen.text(...spot, "behind the hole", { fill: soft, size: 12, halo });
+    }
+  }
+  // The names of the axes with the senses in which they grow, and the side from which the sphere is seen.
+  names(pen, f, state, { soft, ink, halo }) {
+    const word = (x, y, text, align, fill = soft) => pen.text(x, y, text, { fill, size: 12, align, halo });
+    word(f.x + 6, f.y + 11, "θ′ ↓", "left");
+    if (this.side > 0) word(f.x + f.w - 6, f.y + f.h - 10, "φ′ →", "right");
+    else word(f.x + 6, f.y + f.h - 10, "← φ′", "left");
+    word(f.x + f.w - 6, f.y + 11, seenFrom(state), "right", ink);
   }
   // As many as have room for their labels.
   longitudes(width) {
@@ -143,10 +164,8 @@ class MapChart {
   picture(pen, f, image) {
     pen.line(box(f.x, f.y, f.w, f.h), { fill: "#000000", closed: true });
     const [a, b] = this.shown;
-    for (let k = Math.floor(a / TURN); k * TURN < b; k++) {
-      const [x, y] = this.spot([0, k * TURN], f);
-      pen.picture(image, x, y, TURN * f.sx, 180 * f.sy, DIM);
-    }
+    for (let k = Math.floor(a / TURN); k * TURN < b; k++)
+      pen.picture(image, ...this.spot([0, k * TURN], f), TURN * f.sx, 180 * f.sy, DIM);
   }
   grid(pen, f, { grid }, alpha) {
     const style = { stroke: grid, alpha };
@@ -189,7 +208,7 @@ class MapChart {
       pen.line(line, style);
       const middle = [curve.celestial[0][0], (low + high) / 2 + turn];
       // What is too small to be seen has a ring round it.
-      if ((high - low) * f.sx < 9) pen.disk(...this.spot(middle, f), 6, { stroke, width: 1.2, alpha: 0.8 });
+      if ((high - low) * Math.abs(f.sx) < 9) pen.disk(...this.spot(middle, f), 6, { stroke, width: 1.2, alpha: 0.8 });
       else this.cusps(pen, curve, f, turn, stroke);
     }
   }

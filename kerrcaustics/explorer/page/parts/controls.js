@@ -1,5 +1,8 @@
 // Controls of the camera and the star.
 
+// Pixels of the page's width up to which its controls are folded; explorer.css has the same number.
+const NARROW = 700;
+
 const SPIN_END = 4;
 const spinAt = (u) => (u >= SPIN_END ? 0.9999 : round(1 - 10 ** -u, 4));
 const spinPlace = (a) => -Math.log10(1 - a);
@@ -51,16 +54,18 @@ function note(element, text) {
 }
 
 class Slider {
-  constructor(name, { label, low, high, step, value, place, unit, stops }, changed) {
+  constructor(name, { label, low, high, step, value, place, unit, stops }, changed, edited) {
     Object.assign(this, { name, place, unit, changed, allowed: null });
     this.range = h("input", { type: "range", min: low, max: high, step, "aria-label": label });
     const more = stops ? { readonly: true, title: `Available: ${stops.join(", ")}${unit}` } : {};
-    this.number = h("input", { type: "number", step: "any", "aria-label": `${label}, number`, ...more });
+    // A field for numbers would drop a decimal comma without a word.
+    const kind = { type: "text", inputmode: "decimal", autocomplete: "off", class: "kc-number" };
+    this.number = h("input", { ...kind, "aria-label": `${label}, number`, ...more });
     this.note = noteOf();
     const move = (want) => (e) => this.move(value(Number(this.range.value)), want, e);
     this.range.addEventListener("input", move("draft"));
     this.range.addEventListener("change", move("full"));
-    this.number.addEventListener("input", () => this.say(""));
+    this.number.addEventListener("input", edited);
     this.number.addEventListener("change", (e) => this.type(e));
     this.number.addEventListener("blur", () => this.follow(this.state));
     const words = h("span", {}, ...labelOf(name, label));
@@ -68,7 +73,6 @@ class Slider {
   }
   allow(limits) {
     this.allowed = limits;
-    [this.number.min, this.number.max] = limits;
   }
   move(value, want, event) {
     const [low, high] = this.allowed ?? [value, value];
@@ -76,7 +80,7 @@ class Slider {
   }
   // What is not allowed is said, and the last good value stays.
   type(event) {
-    const value = this.number.value === "" ? NaN : Number(this.number.value);
+    const value = numberOf(this.number.value);
     const complaint = complaintAbout(value, this.allowed ?? [-Infinity, Infinity], this.unit);
     this.say(complaint);
     if (complaint) this.write();
@@ -137,23 +141,32 @@ class Controls {
     this.offered = offered;
     this.sliders = {};
     this.choices = {};
-    const slider = (name, about = SLIDERS[name]) => (this.sliders[name] = new Slider(name, about, changed)).element;
+    const slider = (name, about = SLIDERS[name]) => (this.sliders[name] = new Slider(name, about, changed, () => this.quiet())).element;
     const choice = (name) => (this.choices[name] = new Choice(name, CHOICES[name], changed)).element;
     const parts = offered
       ? [this.cameras(changed), slider("theta", stopping(SLIDERS.theta, offered.thetas)), slider("phi")]
       : [...Object.keys(SLIDERS).map((name) => slider(name)), ...Object.keys(CHOICES).map(choice)];
-    this.element = h("section", { class: "kc-controls", "aria-label": "Camera and star" }, ...parts);
+    this.summary = h("span", {});
+    const fields = h("div", { class: "kc-fields" }, ...parts);
+    this.fold = h("details", { open: true }, h("summary", {}, "Camera and star ", this.summary), fields);
+    this.element = h("section", { class: "kc-controls", "aria-label": "Camera and star" }, this.fold);
+  }
+  // Folded when the page becomes narrow, so that the panels are in sight; open, without a summary, where it is wide.
+  fit(width) {
+    const isNarrow = width <= NARROW;
+    if (isNarrow !== this.isNarrow) this.fold.open = !isNarrow;
+    this.isNarrow = isNarrow;
   }
   // The cameras of a page without a program.
   cameras(changed) {
     const { cameras, thetas } = this.offered;
-    const values = cameras.map(({ spin, radius, velocity }, i) => [i, `a = ${spin}, r = ${radius} M, ${velocity}`]);
+    const values = cameras.map(({ spin, radius }, i) => [i, `a = ${spin}, r = ${radius} M`]);
     this.camera = select("Camera", values, (i) => {
       const { spin, radius, inclination, velocity, orders } = cameras[i];
       changed({ spin, radius, inclination, velocity, orders }, "full");
     });
-    const line = `This page works without a program: it has ${cameras.length} cameras, and stars at ${thetas.length} `;
-    const more = "colatitudes θ′. The command “kerrcaustics explore” shows all others.";
+    const line = `This page works without a program: it has ${cameras.length} cameras on circular orbits, and stars `;
+    const more = `at ${thetas.length} colatitudes θ′. The command “kerrcaustics explore” shows all others.`;
     return h(
       "div",
       { class: "kc-offered" },
@@ -186,6 +199,7 @@ class Controls {
   }
   follow(state) {
     for (const part of [...Object.values(this.sliders), ...Object.values(this.choices)]) part.follow(state);
+    this.summary.textContent = `a = ${short(state.spin, 6)}, r = ${short(state.radius, 6)} M`;
     if (!this.offered) return;
     const isOne = (camera) => camera.spin === state.spin && camera.radius === state.radius;
     this.camera.value = String(this.offered.cameras.findIndex(isOne));

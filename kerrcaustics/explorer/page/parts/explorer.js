@@ -17,6 +17,8 @@ class Explorer {
     element.replaceChildren(this.page.root);
     this.page.connect();
     this.follow();
+    this.source.fit(this.model);
+    this.status.tell();
     channel.listen((bytes) => this.hear(bytes));
   }
   makeParts() {
@@ -26,8 +28,9 @@ class Explorer {
     this.controls = new Controls((...change) => this.control(...change), this.channel.offered);
     this.tables = new Tables(() => this.screen.colours);
     this.playback = new Playback(this);
-    this.layers = new Layers(this);
+    [this.layers, this.backdrop] = [new Layers(this), new Backdrop(this)];
     this.exports = new Exports(this);
+    this.invitation = new Invitation(this);
     [this.tour, this.quiz, this.recording] = [new Tour(this), new Quiz(this), new Recording(this)];
     this.status = new Status(this);
     this.page = new Page(this);
@@ -64,13 +67,16 @@ class Explorer {
     const kind = kindOf(answer.want);
     if (answer.kind === "refusal") this.refuse(answer, kind, question);
     else if (question && LAYERS[kind]) this.layers.take(kind, answer, question);
-    else if (question) this[{ view: "takeView", orbit: "takeOrbit", backdrop: "takeBackdrop" }[kind]](answer, question);
+    else if (question && kind === "backdrop") this.backdrop.take(answer, question);
+    else if (question) this[{ view: "takeView", orbit: "takeOrbit" }[kind]](answer, question);
     this.questions.next(kind);
     this.redraw(question);
   }
-  greet({ presets, allowed, lessons = [], terms = {} }) {
+  greet({ presets, allowed, lessons = [], terms = {}, lasting = false }) {
     this.page.offer(presets, lessons);
     this.tour.learn(lessons);
+    this.invitation.offer(lessons.length);
+    this.channel.isLasting = lasting;
     this.page.explain(terms);
     this.controls.allow(allowed);
     this.questions.begin();
@@ -101,14 +107,14 @@ class Explorer {
     this.shown.showView(answer, question.state);
     if (isNew) this.controls.allow(answer.allowed);
     if (isNew && starKey(question.state) === starKey(this.state)) this.settle(answer.state, question.state);
-    if (answer.quality === "full" && question.want !== "draft") this.askBackdrop();
+    if (answer.quality === "full" && question.want !== "draft") this.backdrop.ask();
     this.layers.ask();
     this.dropOldOrbit();
     this.playback.allow(answer.has_orbit);
     this.write();
   }
   // The state that the answer is for: cameras that cannot be are moved, and the page without a program has few.
-  settle({ chart: _, backdrop: __, size: ___, frequency: ____, ...settled }, asked) {
+  settle({ chart: _, sphere: __, backdrop: ___, size: ____, frequency: _____, ...settled }, asked) {
     Object.assign(this.state, settled);
     if (this.channel.offered) this.wantedVelocity = this.state.velocity;
     this.shown.settle(this.request());
@@ -128,21 +134,6 @@ class Explorer {
     if (!orbit || orbitKey(orbit.state) === orbitKey(this.request())) return;
     this.shown.dropOrbit();
     this.playback.drop();
-  }
-  askBackdrop() {
-    if (this.state.backdrop === "none") return;
-    const { w, height } = sizeOf(this.page.left.canvas);
-    const window = windowOf(this.sky.window(w, height));
-    const key = backdropKey(this.request());
-    if (
-      this.questions.isAsked("backdrop", ({ state, more }) => backdropKey(state) === key && covers(more.window, window))
-    )
-      return;
-    const isOld = this.model.behind !== key;
-    if (isOld || !covers(this.model.window, window)) this.ask("backdrop", undefined, { window });
-  }
-  takeBackdrop(answer, question) {
-    if (backdropKey(question.state) === backdropKey(this.request())) this.shown.showBackdrop(answer, question.state);
   }
 
   // -- changes
@@ -165,17 +156,27 @@ class Explorer {
   follow() {
     this.controls.follow(this.state);
     this.page.charts.value = this.state.chart;
+    this.page.tellSide(this.state);
   }
-  show(wanted) {
+  // A lesson or a preset: the sphere stays as the user has turned it.
+  visit(wanted, zoom) {
+    this.show({ ...wanted, sphere: this.state.sphere }, zoom);
+  }
+  // zoom: the order of the caustic that the sphere shows alone.
+  show(wanted, zoom) {
     this.playback.stop();
     this.recording.stop();
     this.wantedVelocity = wanted.velocity ?? this.wantedVelocity;
     this.sky.reset();
     this.source.reset();
     this.change({ ...DEFAULTS, ...wanted }, "full");
+    this.source.fit(this.model);
+    this.source.order = zoom || null;
   }
-  chooseChart(chart) {
-    this.state.chart = chart;
+  // The chart of the celestial sphere, or the side from which it is seen.
+  lookAt(changes) {
+    Object.assign(this.state, changes);
+    this.follow();
     this.fit();
     this.remember();
     this.redraw();
@@ -205,6 +206,7 @@ class Explorer {
   }
   moveStar(theta, phi, since) {
     this.playback.stop();
+    this.invitation.dragged();
     this.change(starAt(theta, phi), "star", since);
   }
   settleStar() {
@@ -243,18 +245,15 @@ class Explorer {
     if (!this.playback.running || news) this.news = news;
   }
   words(withCertificate) {
-    const sentence = this.news + sentenceOf(this.counts, withCertificate ? this.certified : null);
-    const more = [...(this.shown.images?.remarks ?? []), ...lightOf(this.model.shapes), ...wavesWords(this.model.waves)];
-    return withCertificate ? [sentence, ...more].join(" ") : sentence;
+    if (withCertificate) return this.news + this.lines.join(" ");
+    return this.news + sentenceOf(this.counts, null);
+  }
+  // The count with its certificate and remarks, the light of a disc, the waves.
+  get lines() {
+    const counted = [sentenceOf(this.counts, this.certified), ...(this.shown.images?.remarks ?? [])].join(" ");
+    return [counted, ...lightOf(this.model.shapes), ...wavesWords(this.model.waves)];
   }
   write() {
-    const { view, images } = this.shown;
-    if (!this.dragging && images) this.tables.writeImages(this.model.images);
-    if (view?.answer.quality === "full" && this.writtenView !== view) {
-      this.writtenView = view;
-      this.tables.writeCaustics(this.model.curves, (curve) => this.zoomTo(curve));
-    }
-    const answer = images?.answer ?? view?.answer;
-    if (answer) this.tables.writeCode(answer);
+    this.tables.follow(this);
   }
 }

@@ -1,11 +1,19 @@
 // Pictures, numbers and links to take away.
 
-const [EXPORT_WIDTH, EXPORT_HEIGHT] = [1240, 640];
+const [EXPORT_WIDTH, EXPORT_HEIGHT] = [1240, 720];
+// Of the panels in it: the upper side, the height, and the left sides and widths.
+const [PANELS_TOP, PANELS_HEIGHT] = [62, 590];
+const PANELS = { sky: [10, 600], source: [630, 600] };
 
 function captionOf({ spin, radius, inclination, velocity, theta, phi, size }) {
   const camera = `a = ${spin}, r = ${radius} M, inclination ${inclination}°, ${velocity}`;
   const disc = size ? `, radius ${short(size)}°` : "";
   return `${camera}; star at θ′ = ${short(theta, 6)}°, φ′ = ${short(phi, 6)}°${disc}`;
+}
+
+// The name of a file, by what is in it.
+function fileNameOf({ spin, radius, theta, phi }, ending) {
+  return `kerr_a${spin}_r${radius}_theta${round(theta, 7)}_phi${round(phi, 7)}.${ending}`;
 }
 
 class Exports {
@@ -27,8 +35,7 @@ class Exports {
     for (const node of this.takers) node.disabled = !isWhole;
   }
   deliver(blob, ending) {
-    const { spin, radius } = this.explorer.state;
-    const link = h("a", { href: URL.createObjectURL(blob), download: `kerr_a${spin}_r${radius}.${ending}` });
+    const link = h("a", { href: URL.createObjectURL(blob), download: fileNameOf(this.explorer.state, ending) });
     this.explorer.page.root.append(link);
     link.click();
     link.remove();
@@ -36,10 +43,19 @@ class Exports {
   }
   picture(pen) {
     const { model, sky, source } = this.explorer;
-    const look = { ...this.explorer.screen.look(), flashes: [], dragging: false };
-    pen.text(20, 20, captionOf(model.state), { fill: look.colours.ink, size: 15, align: "left" });
-    pen.group(10, 40, () => sky.draw(pen, 600, 590, model, look));
-    pen.group(630, 40, () => source.draw(pen, 600, 590, model, look));
+    const look = { ...this.explorer.screen.look(), flashes: [], dragging: false, invites: false };
+    const { ink, soft, edge } = look.colours;
+    const words = (x, y, text, size, more) => pen.text(x, y, text, { fill: ink, size, align: "left", ...more });
+    words(20, 20, captionOf(model.state), 15);
+    words(20, 47, "Camera sky; circles: degrees from the middle of the shadow", 13, { weight: 600 });
+    words(640, 47, "Celestial sphere", 13, { weight: 600 });
+    for (const [panel, [x, w]] of [[sky, PANELS.sky], [source, PANELS.source]])
+      pen.group(x, PANELS_TOP, () => panel.draw(pen, w, PANELS_HEIGHT, model, look));
+    const [x, w] = PANELS.sky;
+    pen.line(box(x, PANELS_TOP, w, PANELS_HEIGHT), { stroke: edge, width: 1, closed: true });
+    const [counted, ...more] = this.explorer.lines;
+    words(20, 672, counted, 14, { weight: 600 });
+    more.forEach((line, i) => words(20, 691 + 16 * i, line, 11, { fill: soft }));
   }
   png() {
     const { canvas, draw } = this.paper(2);

@@ -52,4 +52,10 @@ function workLine(progress, seconds) {
   return `${capital(progress.stage)} … ${Math.floor(progress.seconds)} s`;
 }
 
+// The first state of the page, before the program or the kernel of a notebook has said a word.
+function waitingLine(waitsFor, seconds) {
+  const line = `Waiting for the ${waitsFor} … ${Math.floor(seconds)} s`;
+  return waitsFor === "kernel" && seconds >= 3 ? `${line}: it answers once the cells before have run` : line;
+}
+
 const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);

@@ -6,6 +6,12 @@ const TURN = 360;
 const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
 const mod = (x, y) => ((x % y) + y) % y;
 const round = (x, digits) => Number(x.toPrecision(digits));
+// A number as users type it, with a point or a comma before the decimals; NaN for anything else.
+function numberOf(text) {
+  const plain = String(text).trim().replace("−", "-").replace(",", ".");
+  return /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(plain) ? Number(plain) : NaN;
+}
+
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const apart = (a, b) => Math.acos(clamp(dot(a, b), -1, 1)) / RAD;
 

@@ -20,15 +20,21 @@ class Page {
   makePanels() {
     const { explorer } = this;
     const charts = ["map", "unwrapped", "globe"].map((name) => [name, name]);
-    this.charts = select("Chart of the celestial sphere", charts, (chart) => explorer.chooseChart(chart));
+    this.charts = select("Chart of the celestial sphere", charts, (chart) => explorer.lookAt({ chart }));
     const left = canvasOf("camera", "The camera sky");
     const right = canvasOf("celestial", "The celestial sphere, with the star");
     this.left = panelOf("camera", term("camera sky", "Camera sky"), left, this.zooms(explorer.sky, left));
-    const tools = [this.charts, ...this.zooms(explorer.source, right)];
+    const other = () => (explorer.state.sphere === "outside" ? "inside" : "outside");
+    this.turn = button("⇄", "", () => explorer.lookAt({ sphere: other() }));
+    const tools = [this.charts, this.turn, ...this.zooms(explorer.source, right)];
     this.spectrum = new Spectrum();
     const spectrum = canvasOf("spectrum", "Modulus of the star's waves, by frequency");
     this.spectrumBox = h("section", { class: "kc-strip-box", hidden: true }, spectrum);
     this.right = panelOf("celestial", term("celestial sphere", "Celestial sphere"), right, tools);
+  }
+  tellSide(state) {
+    const label = `The sphere is ${seenFrom(state)}: turn it over`;
+    Object.assign(this.turn, { title: label, ariaLabel: label });
   }
   zooms(panel, canvas) {
     const zoom = (factor) => () => {
@@ -47,7 +53,7 @@ class Page {
     playback.bar.append(recording.button);
     const panels = h("div", { class: "kc-panels" }, status.work, this.left.element, this.right.element);
     const words = [tables.live, tables.element, tables.details];
-    const parts = [tour.element, quiz.element, panels, playback.bar, playback.stripBox, this.spectrumBox, ...words];
+    const parts = [this.explorer.invitation.element, tour.element, quiz.element, panels, playback.bar, playback.stripBox, this.spectrumBox, ...words];
     const stage = h("div", { class: "kc-stage" }, ...parts, this.help);
     const title = h("h1", {}, "Kerr caustics");
     const teaching = [tour.button, quiz.button];
@@ -63,12 +69,15 @@ class Page {
     this.keys = new Keys(explorer, explorer.options.wholePage ? document : this.root);
     this.resized = new ResizeObserver(() => explorer.redraw());
     for (const { canvas } of [this.left, this.right, explorer.playback]) this.resized.observe(canvas);
+    this.fitted = new ResizeObserver(([{ contentRect }]) => explorer.controls.fit(contentRect.width));
+    this.fitted.observe(this.root);
     this.scheme = matchMedia("(prefers-color-scheme: dark)");
     this.recolour = () => explorer.recolour();
     this.scheme.addEventListener("change", this.recolour);
   }
   leave() {
     this.resized.disconnect();
+    this.fitted.disconnect();
     this.scheme.removeEventListener("change", this.recolour);
     this.keys.leave();
     this.explorer.status.leave();
@@ -94,6 +103,7 @@ class Page {
     this.preset.value = "";
     if (step >= 0) return explorer.tour.show(step);
     explorer.tour.close();
-    if (chosen) explorer.show(chosen.state);
+    explorer.invitation.close();
+    if (chosen) explorer.visit(chosen.state);
   }
 }

@@ -59,9 +59,14 @@ class CanvasPen {
     c.fillText(words, x, y);
   }
   picture(image, x, y, w, height, alpha) {
-    this.c.globalAlpha = alpha;
-    this.c.drawImage(image, x, y, w, height);
-    this.c.globalAlpha = 1;
+    const c = this.c;
+    c.save();
+    c.globalAlpha = alpha;
+    c.translate(x, y);
+    // A picture of negative width is mirrored, and lies on the other side of its place.
+    if (w < 0) c.scale(-1, 1);
+    c.drawImage(image, 0, 0, Math.abs(w), height);
+    c.restore();
   }
   within(x, y, w, height, draw) {
     const c = this.c;
@@ -122,7 +127,7 @@ class SvgPen {
     canvas.height = image.height;
     canvas.getContext("2d").drawImage(image, 0, 0);
     this.parts.push(
-      `<image href="${canvas.toDataURL("image/jpeg", 0.85)}" x="${x}" y="${y}" width="${w}" height="${height}" opacity="${alpha}" preserveAspectRatio="none"/>`,
+      `<image href="${canvas.toDataURL("image/jpeg", 0.85)}" transform="translate(${x} ${y})${w < 0 ? " scale(-1 1)" : ""}" width="${Math.abs(w)}" height="${height}" opacity="${alpha}" preserveAspectRatio="none"/>`,
     );
   }
   within(x, y, w, height, draw) {

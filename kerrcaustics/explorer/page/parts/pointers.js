@@ -136,7 +136,7 @@ class Keys {
     const moves = { ArrowLeft: [0, -size], ArrowRight: [0, size], ArrowUp: [-size, 0], ArrowDown: [size, 0] };
     const move = moves[event.key];
     const { state } = this.explorer;
-    if (move) this.explorer.moveStar(this.height(move[0]), state.phi + move[1], event.timeStamp);
+    if (move) this.explorer.moveStar(this.height(move[0]), state.phi + sideOf(state) * move[1], event.timeStamp);
     else if ("[]{}".includes(event.key)) this.turnSpin(event);
     else if (event.key === " ") this.explorer.playback.toggle();
     else return false;

@@ -46,8 +46,10 @@ class Questions {
   // The program answers questions about a state as those about the one that it put in its place.
   settle(asked, request) {
     const isSame = ({ state }) => cameraOf(state) === cameraOf(asked) && starKey(state) === starKey(asked);
+    // The size, the frequency and the backdrop of a question stay those that its answer has.
+    const { size: _, frequency: __, backdrop: ___, ...place } = request;
     for (const question of [...Object.values(this.sent), ...Object.values(this.waiting)])
-      if (question && isSame(question)) Object.assign(question.state, request);
+      if (question && isSame(question)) Object.assign(question.state, place);
   }
   works(progress) {
     this.heard = this.now();

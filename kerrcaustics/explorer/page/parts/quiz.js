@@ -6,7 +6,7 @@ class Quiz {
   constructor(explorer, random = Math.random) {
     Object.assign(this, { explorer, random, open: false, hidden: null, asks: false, tries: 0, right: 0, asked: 0 });
     this.question = h("label", { class: "kc-question", for: "kc-guess" });
-    this.guess = h("input", { type: "number", min: 0, max: 99, step: 1, id: "kc-guess", inputmode: "numeric" });
+    this.guess = h("input", { type: "text", maxlength: 3, id: "kc-guess", inputmode: "numeric", autocomplete: "off" });
     this.answer = h("button", { type: "submit" }, "Answer");
     this.another = button("Another star", "Another star", () => this.choose());
     this.score = h("span", { class: "kc-score" });
@@ -24,6 +24,7 @@ class Quiz {
   }
   begin() {
     this.explorer.tour.close();
+    this.explorer.invitation.close();
     Object.assign(this, { open: true, right: 0, asked: 0, tries: 0 });
     this.score.textContent = "";
     this.mark();
@@ -88,14 +89,16 @@ class Quiz {
   }
   judge(event) {
     event.preventDefault();
-    if (!this.asks || this.guess.value === "") return;
+    const guess = numberOf(this.guess.value);
+    if (!this.asks) return;
+    if (!Number.isInteger(guess)) return void (this.verdict.textContent = "Enter a whole number.");
     const counts = this.hidden.images.per_index;
     const number = counts.reduce((a, b) => a + b, 0);
-    const isRight = Number(this.guess.value) === number;
+    const isRight = guess === number;
     this.asked += 1;
     this.right += isRight;
     this.reveal();
-    const verdict = isRight ? "Right." : `Not ${Number(this.guess.value)}.`;
+    const verdict = isRight ? "Right." : `Not ${guess}.`;
     const words = `${verdict} ${sentenceOf(counts, true)} ${reasonOf(counts)}`;
     this.verdict.replaceChildren(...this.explorer.page.terms.marked(words));
     this.score.textContent = `${this.right} of ${this.asked} right`;

@@ -23,7 +23,7 @@ class Screen {
     const { state, model, freshness, dragging, playback } = this.explorer;
     const draft = freshness.curves === "coarse";
     const backdrop = state.backdrop !== "none";
-    const seen = { backdrop, hasPicture: !!model.lensed, draft, dragging, moment: playback.moment };
+    const seen = { backdrop, hasPicture: !!model.lensed, draft, dragging, moment: playback.moment, invites: this.explorer.invitation.isOnStar && !!model.axes };
     return { colours: this.colours, dark: this.isDark, flashes: this.flashes, ...seen };
   }
   flash(pair, sky) {
@@ -64,7 +64,7 @@ class Screen {
   // The camera sky was zoomed or moved: its picture follows when it stands still.
   zoomed() {
     clearTimeout(this.zooming);
-    this.zooming = setTimeout(() => this.explorer.isWhole && this.explorer.askBackdrop(), 300);
+    this.zooming = setTimeout(() => this.explorer.isWhole && this.explorer.backdrop.ask(), 300);
   }
   measure() {
     for (const { want, since } of this.questions) {

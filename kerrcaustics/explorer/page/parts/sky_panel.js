@@ -76,14 +76,14 @@ class SkyPanel {
     const { colours } = look;
     const bright = model.lensed && look.backdrop;
     if (bright) this.picture(pen, f, model);
-    else this.rings(pen, f, colours);
+    else this.rings(pen, f, colours, this.lines(model, f));
     const edge = bright ? { stroke: "#8b95a8" } : { fill: colours.shadow, stroke: colours.edge };
     pen.line(this.path(model.edge, axes, f, true), { ...edge, width: 1, closed: true });
     for (const { sky, closed } of orbit?.tracks ?? [])
       pen.line(this.path(sky, axes, f, closed), { stroke: colours.soft, width: 1, alpha: 0.6 });
     for (const curve of model.curves) this.curve(pen, curve, axes, f, look, bright);
     for (const event of orbit?.events ?? []) this.event(pen, event, axes, f, look);
-    skyWords(pen, this, f, model, bright ? OVER_PICTURE : colours);
+    skyWords(pen, this, f, model, bright ? OVER_PICTURE : colours, this.lines(model, f));
     this.legend(pen, model, f.height, bright ? COLOURS.dark : colours, bright);
   }
   picture(pen, f, { lensed, window: [x, y, field] }) {
@@ -98,10 +98,15 @@ class SkyPanel {
     pen.within(0, 0, w, height, () => {
       if (model.shapes) this.shapes(pen, model.shapes, axes, f, look);
       for (const flash of look.flashes) this.flash(pen, flash, axes, f, look);
-      [...model.images].sort((a, b) => b.index - a.index).forEach((image) => this.image(pen, image, axes, f, { ...look, most: model.shapes ? 3.5 : Infinity }));
+      const more = { most: model.shapes ? 3.5 : Infinity, points: this.lines(model, f) };
+      [...model.images]
+        .sort((a, b) => b.index - a.index)
+        .forEach((image) => this.image(pen, image, axes, f, { ...look, ...more }));
     });
   }
   legend(pen, model, height, colours, bright) {
+    const rows = model.curves.length;
+    if (rows && !bright) pen.line(box(3, height - 6 - 17 * rows, 98, 17 * rows + 3), { fill: colours.paper, alpha: 0.85, closed: true });
     model.curves.forEach(({ order }, i) => {
       const y = height - 12 - 17 * (model.curves.length - 1 - i);
       const line = [
@@ -113,15 +118,19 @@ class SkyPanel {
       pen.text(36, y, NAMES[order], { fill: colours.ink, size: 11.5, align: "left", halo: colours.halo });
     });
   }
+  // Where curves and the shadow's edge are drawn.
+  lines({ curves, edge, axes }, f) {
+    return [edge, ...curves.map(({ sky }) => sky)].flatMap((line) => line.map((n) => this.spot(n, axes, f)));
+  }
   // Angles from the middle of the shadow: circles, some of which pass through what is shown.
-  rings(pen, f, { grid, soft, halo }) {
+  rings(pen, f, { grid, soft, halo }, points) {
     const reach = (x, size) => [Math.max(0, -x, x - size), Math.max(Math.abs(x), Math.abs(size - x))];
     const [[nearX, farX], [nearY, farY]] = [reach(f.x, f.w), reach(f.y, f.height)];
     const [low, high] = [Math.hypot(nearX, nearY) / f.scale, Math.min(180, Math.hypot(farX, farY) / f.scale)];
     for (const angle of ticks(low, high, 6)) {
       if (!angle) continue;
       pen.disk(f.x, f.y, angle * f.scale, { stroke: grid, width: 1 });
-      const spot = labelSpot(f, angle * f.scale);
+      const spot = labelSpot(f, angle * f.scale, points);
       if (spot) pen.text(...spot, `${angle}°`, { fill: soft, size: 11, halo });
     }
   }
@@ -181,14 +190,11 @@ class SkyPanel {
         weight: 700,
       });
     else {
-      const [ax, ay] = this.flat(image.sky, axes),
-        far = Math.hypot(ax, ay) || 1;
-      pen.text(x + (ax / far) * (r + 9), y - (ay / far) * (r + 9), String(image.index), {
-        fill: colour,
-        size: 11,
-        weight: 700,
-        halo: colours.halo,
-      });
+      const [ax, ay] = this.flat(image.sky, axes);
+      // Outward, or where no curve passes through it.
+      const spots = around([x, y], r + 9, Math.atan2(-ay, ax));
+      const spot = clearSpot(spots, look.points, 5, 6);
+      pen.text(...spot, String(image.index), { fill: colour, size: 11, weight: 700, halo: colours.halo });
     }
   }
   away(pen, image, x, y, f, colours) {
@@ -225,13 +231,15 @@ const LABEL = 0.4 * Math.PI;
 
 // Where the label of a ring is wholly on the panel and beside the legend: below the middle and a little to the right, as
 // images lie straight below it so often, or the nearest to that.
-function labelSpot({ x, y, w, height }, radius) {
+function labelSpot({ x, y, w, height }, radius, points) {
   const [side, end] = [30, 10];
-  for (let i = 0; i <= 720; i++) {
+  const near = points.filter((p) => Math.abs(Math.hypot(p[0] - x, p[1] - y) - radius) < 24);
+  for (let i = 0; i <= 720; i += 4) {
     const angle = LABEL + (i % 2 ? 1 : -1) * Math.ceil(i / 2) * (Math.PI / 360);
     const spot = [x + radius * Math.cos(angle), y + radius * Math.sin(angle)];
     const isIn = spot[0] > side && spot[0] < w - side && spot[1] > end && spot[1] < height - end;
-    if (isIn && (spot[0] > 120 || spot[1] < height - 80)) return spot;
+    const isFree = isIn && (spot[0] > 120 || spot[1] < height - 80);
+    if (isFree && !isCrossed(spot, near, 18, 9)) return spot;
   }
   return null;
 }

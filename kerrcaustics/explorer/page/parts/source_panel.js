@@ -16,7 +16,8 @@ class SourcePanel {
     this.chart.reset();
   }
   fit(model) {
-    const chart = this.charts[model.state.chart];
+    // A chart that an address names may not exist.
+    const chart = this.charts[model.state.chart] ?? this.charts.map;
     if (chart !== this.chart) {
       chart.reset();
       this.order = null;
@@ -63,7 +64,19 @@ class SourcePanel {
     pen.within(...this.chart.clip(f), () => {
       if (model.state.size) this.disc(pen, model.state, f, look);
       this.starSpots(model.state, f).forEach(star);
+      if (look.invites) this.invite(pen, model, f, look.colours);
     });
+  }
+  invite(pen, { state, curves }, f, { star, halo }) {
+    const [spot] = this.starSpots(state, f);
+    if (!spot || spot.back) return;
+    const [x, y] = clearSpot(beside(spot.at, 44, 22), this.lines(curves, f), 30, 9);
+    const [left, , w] = this.chart.clip(f);
+    pen.text(clamp(x, left + 32, left + w - 32), y, "drag me", { fill: star, size: 13, weight: 700, halo });
+  }
+  // Where the caustics are drawn.
+  lines(curves, f) {
+    return curves.flatMap(({ celestial }) => celestial.flatMap((point) => this.chart.spots(point, f)));
   }
   // The limb of a star of finite size.
   disc(pen, { theta, phi, size }, f, { colours }) {

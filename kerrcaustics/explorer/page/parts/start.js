@@ -38,6 +38,7 @@ function mount(element, channel, options) {
     flashed: () => explorer.screen.flashes.length,
     kept: () => explorer.quiz.hidden?.images.per_index ?? null,
     line: () => explorer.status.line,
+    invites: () => explorer.invitation.isOnStar,
     curves: () => explorer.model.curves.map(({ celestial }) => celestial),
     windows: () => ({ source: source.chart.window ?? null, picture: explorer.model.window }),
     starSpots: () => source.starSpots(state, frame()).map(({ at }) => onPage(at)),

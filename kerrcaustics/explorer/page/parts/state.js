@@ -1,17 +1,18 @@
 // The state of the page: a camera, a star, and how they are shown.
 
 const DEFAULTS = {
-  spin: 0.999,
+  spin: 0.5,
   radius: 6.03,
   inclination: 90,
   velocity: "circular",
   orders: 3,
   theta: 84,
-  phi: 60,
+  phi: 295,
   size: 0,
   frequency: 0,
   backdrop: "none",
   chart: "map",
+  sphere: "inside",
 };
 
 function stateOf(fragment) {
@@ -19,7 +20,7 @@ function stateOf(fragment) {
   const state = {};
   for (const [name, usual] of Object.entries(DEFAULTS)) {
     if (!given.has(name)) continue;
-    const value = typeof usual === "number" ? Number(given.get(name)) : given.get(name);
+    const value = typeof usual === "number" ? numberOf(given.get(name)) : given.get(name);
     if (typeof usual !== "number" || Number.isFinite(value)) state[name] = value;
   }
   return state;
@@ -39,6 +40,10 @@ const shapesKey = (s) => [cameraOf(s), starKey(s), s.size].join();
 const wavesKey = (s) => [cameraOf(s), starKey(s), s.frequency].join();
 const orbitKey = (s) => [cameraOf(s), s.theta].join();
 const backdropKey = (s) => [cameraOf(s), s.backdrop].join();
+
+// 1 where phi' grows to the right, as one would see the celestial sphere from outside; -1 as one sees it looking out.
+const sideOf = ({ sphere }) => (sphere === "outside" ? 1 : -1);
+const seenFrom = ({ sphere }) => `seen from ${sphere === "outside" ? "outside" : "inside"}`;
 
 // Numbers of a star that is moved: heights end at the poles, longitudes go round.
 function starAt(theta, phi) {

@@ -10,7 +10,7 @@ class Status {
     this.badge = h("span", { class: "kc-badge", tabindex: "0", "data-term": "certified" });
     this.work = h("p", { class: "kc-work", role: "status", hidden: true });
     this.banner = h("p", { class: "kc-banner", role: "alert", hidden: true });
-    Object.assign(this, { complaint: "", lost: "", notice: "" });
+    Object.assign(this, { complaint: "", lost: "", notice: "", isFound: false, since: performance.now() });
     this.clock = setInterval(() => this.look(), LOOK);
   }
   leave() {
@@ -28,6 +28,7 @@ class Status {
     this.tell();
   }
   find() {
+    this.isFound = true;
     this.lose("");
   }
   // What is pending has a clock.
@@ -81,7 +82,11 @@ class Status {
     this.notice = "";
   }
   workLine() {
-    const { questions, playback } = this.explorer;
+    const { questions, playback, options } = this.explorer;
+    const waited = performance.now() - this.since;
+    this.work.classList.toggle("kc-waits", !this.isFound);
+    if (!this.isFound && (options.waitsFor || waited > PATIENCE))
+      return waitingLine(options.waitsFor ?? "program", waited / 1000);
     playback.wait(questions.progress.orbit, questions.seconds("orbit"));
     const kind = ["view", "shapes", "waves", "backdrop"].find((one) => questions.seconds(one) * 1000 > PATIENCE);
     return kind ? workLine(questions.progress[kind], questions.seconds(kind)) : "";

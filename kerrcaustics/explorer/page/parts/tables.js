@@ -18,6 +18,9 @@ const CAUSTIC_TITLES = () => [
 
 const parityOf = (index) => (index % 2 ? "−" : "+");
 
+// With two digits where a power of ten takes their room.
+const extent = (x, digits) => short(x, x < 1e-3 ? 3 : digits);
+
 // certified: null where nothing is said of it.
 function sentenceOf(counts, certified) {
   const parts = counts.map((n, k) => `${n} of index ${k}`).join(", ");
@@ -58,11 +61,23 @@ class Tables {
   writeCaustics(curves, zoom) {
     const line = (curve) => [
       [this.mark(orderColour(this.look(), curve.order)), ` ${curve.order}`],
-      ...[short(curve.circuits), short(curve.theta_extent, 5), short(curve.phi_extent, 6)],
+      ...[extent(curve.circuits, 4), extent(curve.theta_extent, 5), extent(curve.phi_extent, 6)],
       ...[String(curve.cusps.length), short(curve.error, 2)],
       button("show", `Zoom to the ${NAMES[curve.order]} caustic`, () => zoom(curve)),
     ];
     this.caustics.replaceChildren(...tableOf(CAUSTIC_TITLES(), curves.map(line)));
+  }
+  // The numbers that are shown; those of images once the star stands still.
+  follow(explorer) {
+    const { shown, model, dragging } = explorer;
+    const { view, images } = shown;
+    if (!dragging && images) this.writeImages(model.images);
+    if (view?.answer.quality === "full" && explorer.writtenView !== view) {
+      explorer.writtenView = view;
+      this.writeCaustics(model.curves, (curve) => explorer.zoomTo(curve));
+    }
+    const answer = images?.answer ?? view?.answer;
+    if (answer) this.writeCode(answer);
   }
   // What tells of images, for the quiz.
   forget() {

@@ -28,6 +28,7 @@ class Tour {
     const lesson = this.lessons[step];
     if (!lesson) return;
     this.explorer.quiz.close();
+    this.explorer.invitation.close();
     this.step = step;
     this.place.textContent = `${step + 1} of ${this.lessons.length}`;
     this.title.textContent = lesson.name;
@@ -38,7 +39,7 @@ class Tour {
     this.back.disabled = step === 0;
     this.next.disabled = step === this.lessons.length - 1;
     this.mark(true);
-    this.explorer.show(lesson.state);
+    this.explorer.visit(lesson.state, lesson.zoom);
     // Whose key pressed a button that is off now, goes on from the text.
     if (document.activeElement?.disabled) this.element.focus();
   }
