@@ -11,7 +11,7 @@ import pytest
 from command_line import run
 from packaging.requirements import Requirement
 
-from kerrcaustics.extras import EXTRAS, missing, needed, require
+from kerrcaustics.extras import EXTRAS, install, missing, needed, require
 
 # What users do that needs a package, and the extra that brings it.
 CALLS = {
@@ -58,7 +58,7 @@ def complaints(tmp_path_factory):
 @pytest.mark.parametrize("call", CALLS)
 def test_a_missing_package_names_its_extra(call, complaints):
     package, extra = CALLS[call]
-    named = f'The package {package} is missing, for {EXTRAS[extra]}: pip install "kerrcaustics[{extra}]"'
+    named = f"The package {package} is missing, for {EXTRAS[extra]}: in a clone of kerrcaustics, {install(extra)}"
     assert complaints[call] == named
 
 
@@ -75,7 +75,7 @@ def test_every_extra_is_known_and_every_package_of_it():
 
 def test_several_packages_are_one_line():
     line = missing("explore", "nothing_a", "nothing_b")
-    assert line.startswith("The packages nothing-a, nothing-b are missing, for the explorer in a browser: pip install")
+    assert line.startswith("The packages nothing-a, nothing-b are missing, for the explorer in a browser: in a clone")
     assert missing("explore", "json") == ""
     require("explore", "json")
     assert needed("explore", "json").loads("1") == 1

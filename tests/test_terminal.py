@@ -170,7 +170,7 @@ def test_doctor_says_what_is_missing_and_what_to_do(capsys, tmp_path, monkeypatc
     assert kernels["level"] == kernels["levels"][-1] and kernels["count"] > 50 and kernels["problem"] is None
     monkeypatch.setattr(doctor, "installed", lambda wanted: wanted.name not in ("av", "pyvista"))
     status, out, _ = run(capsys, "doctor")
-    assert status == 0 and "pip install 'kerrcaustics[films,space]'" in out
+    assert status == 0 and "pip install '.[films,space]'" in out
     assert "not tried, as the extra 'space' is not" in out and re.search(r"films .*no, needs av>=", out)
 
 
