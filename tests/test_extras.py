@@ -2,8 +2,10 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
+import tomllib
 from importlib.metadata import requires
 from pathlib import Path
 
@@ -11,7 +13,7 @@ import pytest
 from command_line import run
 from packaging.requirements import Requirement
 
-from kerrcaustics.extras import EXTRAS, install, missing, needed, require
+from kerrcaustics.extras import DEVELOPMENT, EXTRAS, install, missing, needed, require
 
 # What users do that needs a package, and the extra that brings it.
 CALLS = {
@@ -71,6 +73,21 @@ def test_every_extra_is_known_and_every_package_of_it():
     assert all(extras.values())
     for package, extra in CALLS.values():
         assert package.replace("distributed", "dask").lower() in {name.lower() for name in extras[extra]}
+
+
+def test_every_extra_is_listed_and_none_is_asked_of_an_index():
+    """The package is on none yet."""
+    root = Path(__file__).parents[1]
+    listed = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    assert set(EXTRAS) == set(listed) and set(DEVELOPMENT) < set(EXTRAS)
+    texts = [
+        *root.glob("*.md"),
+        *root.glob("docs/*.md"),
+        *root.glob("docs/recipes/*.py"),
+        *root.glob("kerrcaustics/**/*.py"),
+    ]
+    asked = [path.name for path in texts if re.search(r"install\b.*kerrcaustics(\[|$)", path.read_text(), re.M)]
+    assert len(texts) > 300 and asked == []
 
 
 def test_several_packages_are_one_line():

@@ -13,7 +13,7 @@ import pytest
 from command_line import run
 from exploring import needs_chromium
 from offenders import for_each
-from pages_in_browser import WIDTHS, pages, search_results, too_wide
+from pages_in_browser import WIDTHS, out_of_sight, pages, search_results, too_wide
 
 from kerrcaustics.cli import with_all_commands
 
@@ -24,7 +24,6 @@ LESSONS = sorted(path for room in ("fields", "lessons", "recipes") for path in (
 NAMES = {page.name for page in PAGES}
 # What a page takes for granted before its first block.
 BEFORE = {
-    "films.md": "import numpy as np\n\ndef draw(number):\n    return np.zeros((8, 8, 3), np.uint8)\n",
     "results.md": "import numpy as np\nimport kerrcaustics as kc\n"
     "values = np.ones(12 * 64**2)\n"
     "kc.skies.save_sky('sky.fits', kc.skies.celestial_picture(kc.skies.Checkerboard(), 64))\n",
@@ -70,6 +69,34 @@ def test_links_lead_somewhere(page):
         file = (page.parent / target).resolve() if target else page
         assert file.is_relative_to(ROOT) and file.exists(), link
         assert not anchor or anchor in anchors(file), link
+
+
+# Rows of the README's table, with those of the table of the study: the number there, and in which unit.
+MEASURED = {
+    "the end of a ray": ("accuracy", "closed-form", 1, 1.0),
+    "a beam": ("cost", "+ index", 0, 1.0),
+    "the first three caustics": ("cost", "three caustics", 1, 1e-3),
+    "the first star": ("cost", "first star", -4, 1.0),
+    "all images": ("cost", "one more star", 1, 1e-3),
+    "tracks": ("cost", "tracks of a star", 1, 1e-3),
+    "a light curve": ("cost", "light curve, 1,000 times", 1, 1e-3),
+    "a picture of a disk": ("cost", "frame of a disk", 1, 1e-3),
+}
+
+
+def numbers_of(label, page):
+    """The numbers of the rows of a page's table that begin with a label, row after row."""
+    rows = [line.split("|")[1:-1] for line in page.splitlines() if line.startswith("|")]
+    cells = [cell.split() for row in rows if row[0].strip().startswith(label) for cell in row[1:]]
+    return [float(words[0].replace("%", "")) for words in cells if words and re.match(r"[\d.]+", words[0])]
+
+
+def test_numbers_of_the_readme_are_those_of_the_studies():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8").partition("## What it does")[2]
+    for label, (table, row, place, unit) in MEASURED.items():
+        (shown,) = numbers_of(label, readme)
+        measured = numbers_of(row, (ROOT / "docs" / "tables" / f"{table}.md").read_text(encoding="utf-8"))
+        assert shown == pytest.approx(measured[place] * unit, rel=0.05), label
 
 
 def test_links_are_found():
@@ -225,6 +252,13 @@ def test_no_page_is_wider_than_its_window(site):
 
 
 @pytest.mark.slow
+def test_a_phone_shows_the_commands_of_limits(site):
+    needs_chromium()
+    count, hidden = out_of_sight(site / "limits.html", "td:last-child code", 390)
+    assert count > 20 and hidden == []
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("word", "first"),
     [
@@ -232,6 +266,9 @@ def test_no_page_is_wider_than_its_window(site):
         ("jit", "howto/how_3_gradients"),
         ("gradient", "howto/how_3_gradients"),
         ("exposure", "howto/how_1_exposure"),
+        ("360", "howto/how_2_panorama"),
+        ("photo", "howto/how_2_panorama"),
+        ("microlensing", "your_field"),
     ],
 )
 def test_search_answers_with_the_page_that_says(site, word, first):
