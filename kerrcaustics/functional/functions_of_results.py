@@ -29,7 +29,7 @@ def function_of(result: StarImages) -> Callable[..., Images]:
         place = given | {name: value for name, value in changed.items() if value is not None}
         seen = images(**place, near=result.sky, index=result.index, velocity=velocity)
         # Float64 that JAX does not expect makes it warn at each operation.
-        width = jnp.float64 if jax.config.jax_enable_x64 else jnp.float32
+        width = jnp.result_type(float)
         return Images(*(jax.lax.convert_element_type(part, width) for part in seen))
 
     return images_at

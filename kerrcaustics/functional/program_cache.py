@@ -12,7 +12,7 @@ from pathlib import Path
 
 import jax
 
-from kerrcaustics.results.progress import notice
+from kerrcaustics.results.progress import in_notebook, notice
 
 FOLDER_VARIABLE = "KERRCAUSTICS_CACHE"
 """The environment variable that names another folder for the cache, or none if it is empty."""
@@ -23,6 +23,10 @@ _MOST_BYTES = 500e6
 _WRITTEN = 60.0
 # The beginning of a file that can be checked.
 _ZLIB = b"\x78"
+# Settings of JAX.
+_ENABLED = "jax_enable_compilation_cache"
+_DIRECTORY = "jax_compilation_cache_dir"
+_LOG_LEVEL = "jax_logging_level"
 
 
 def cache_folder() -> Path | None:
@@ -54,9 +58,9 @@ def keep_programs() -> Path | None:
     To be called where a function is traced, which is before it is compiled. A setting of JAX for the whole process, as
     the caller's own `jax.jit` compiles what contains these functions. A folder that the caller has set is left alone.
     """
-    if not jax.config.jax_enable_compilation_cache:
+    if not getattr(jax.config, _ENABLED):
         return None
-    if kept := jax.config.jax_compilation_cache_dir:
+    if kept := getattr(jax.config, _DIRECTORY):
         return Path(kept)
     try:
         folder = cache_folder()
@@ -69,7 +73,7 @@ def keep_programs() -> Path | None:
         return None
     if not os.access(folder, os.W_OK | os.X_OK):
         return None
-    jax.config.update("jax_compilation_cache_dir", str(folder))
+    jax.config.update(_DIRECTORY, str(folder))
     return folder
 
 
@@ -108,8 +112,18 @@ def _whole(program: bytes) -> bool:
 
 
 @cache
-def say_compiling() -> None:
-    """`keep_programs`, and say, once in a process, that what follows takes long, where none has been kept yet."""
+def prepare_compilation() -> None:
+    """Once in a process, `keep_programs`, and say that what follows takes long where none has been kept yet."""
     folder = keep_programs()
+    if in_notebook():
+        _silence_compiler()
     if folder is None or not any(folder.glob("*-cache")):
         notice(f"compiling, about a minute{', this once' if folder else ''}")
+
+
+def _silence_compiler() -> None:
+    """Turn off the log of XLA, which reports slow compilation in red, unless the user has set a level."""
+    if getattr(jax.config, _LOG_LEVEL) in (None, "NOTSET"):
+        # The second call changes JAX's own loggers back, and those alone.
+        jax.config.update(_LOG_LEVEL, "CRITICAL")
+        jax.config.update(_LOG_LEVEL, "NOTSET")
