@@ -266,6 +266,7 @@ def test_a_phone_shows_the_commands_of_limits(site):
         ("jit", "howto/how_3_gradients"),
         ("gradient", "howto/how_3_gradients"),
         ("exposure", "howto/how_1_exposure"),
+        ("360°", "howto/how_2_panorama"),
         ("360", "howto/how_2_panorama"),
         ("photo", "howto/how_2_panorama"),
         ("microlensing", "your_field"),

@@ -4,6 +4,8 @@ Show a 360° photo of your own
 
 **Goal:** to use a panorama, such as a 360° photo, as the sky behind the hole. It must not come out mirrored, and you
 choose which part of it lies behind the hole.
+
+.. index:: 360, 360°, panorama
 """
 
 # %%
