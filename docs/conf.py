@@ -154,6 +154,22 @@ def write_figures(app, page, source):
         source[0] = source[0].replace("<!-- figures -->", paper_figures()).replace("<!-- films -->", film_list())
 
 
+# Of links and clips that lead to a file of the repository where a page is read there: the place in the built pages.
+BUILT = {
+    r"\]\((\.\./figures|recipes|lessons|fields)/\)": lambda link: f"]({GALLERIES[link[1]]}/index.rst)",
+    r"\]\((\.\./figures|recipes|lessons|fields)/(\w+)\.py\)": lambda link: f"]({GALLERIES[link[1]]}/{link[2]}.rst)",
+    r'src="clips/': lambda _: 'src="_static/',
+    r"\[([\w ]+)\]\(\.\./kerrcaustics/explorer/still_page\.py\)": lambda link: f'<a href="explorer.html">{link[1]}</a>',
+}
+GALLERIES = {"../figures": "gallery", "recipes": "howto", "lessons": "tutorial", "fields": "notebooks"}
+
+
+def lead_to_built_pages(app, page, source):
+    """Let links to scripts and clips lead to the pages made from them."""
+    for found, built in BUILT.items():
+        source[0] = re.sub(found, built, source[0])
+
+
 def read_again(app, env, added, changed, removed):
     """Pages that depend on more than their own file."""
     return ["architecture", "commands", "figures_of_the_paper", "films", "plots", "results", "scene_files", "sweeps"]
@@ -187,6 +203,7 @@ def setup(app):
     app.connect("source-read", write_plots)
     app.connect("source-read", write_sweep_lists)
     app.connect("source-read", write_figures)
+    app.connect("source-read", lead_to_built_pages)
     app.connect("env-get-outdated", read_again)
     app.connect("doctree-resolved", keep_numbers_whole)
     app.connect("build-finished", write_explorer)

@@ -13,8 +13,20 @@ EXTRAS = {
     "catalogues": "more stars",
     "exr": "OpenEXR pictures",
     "astro": "FITS, HEALPix and units",
+    "inference": "the recipe that infers a spin",
+    "test": "the tests",
+    "docs": "the documentation",
+    "lint": "checks of style and types",
 }
-"""The purpose of each extra; those for development are left out."""
+"""The purpose of each extra."""
+
+DEVELOPMENT = ("test", "docs", "lint")
+"""Extras for work on the package itself."""
+
+
+def install(*extras: str) -> str:
+    """The command that installs extras, in a clone: the package is on no index yet."""
+    return f"pip install '.[{','.join(extras)}]'"
 
 
 def missing(extra: str, *packages: str) -> str:
@@ -23,7 +35,7 @@ def missing(extra: str, *packages: str) -> str:
     if not names:
         return ""
     lacking = f"package {names[0]} is" if len(names) == 1 else f"packages {', '.join(names)} are"
-    return f'The {lacking} missing, for {EXTRAS[extra]}: pip install "kerrcaustics[{extra}]"'
+    return f"The {lacking} missing, for {EXTRAS[extra]}: in a clone of kerrcaustics, {install(extra)}"
 
 
 def require(extra: str, *packages: str) -> None:

@@ -2,6 +2,7 @@
 
 import ctypes
 import gc
+import os
 import re
 import sys
 from contextlib import suppress
@@ -57,6 +58,8 @@ _SEEN = set()
 
 def pytest_configure(config):
     """Before the package is imported; benchmarks time it as users have it."""
+    # Not in the home of whoever runs the tests.
+    os.environ.setdefault("KERRCAUSTICS_CACHE", str(PACKAGE.parent / "build" / "cache"))
     if not config.getoption("benchmark_only", default=False):
         jaxtyping.install_import_hook(list(checked_modules()), "typed.checked")
 

@@ -20,7 +20,7 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 def needs_server():
     for name in ("starlette", "uvicorn", "websockets"):
-        pytest.importorskip(name, reason=f"{name} is missing: pip install 'kerrcaustics[explore]'")
+        pytest.importorskip(name, reason=f"{name} is missing: pip install '.[explore]'")
 
 
 def needs_browser():

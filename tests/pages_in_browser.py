@@ -1,4 +1,4 @@
-"""Built pages in Chromium: those wider than their window, and what search finds.
+"""Built pages in Chromium: those wider than their window, what a window does not show, and what search finds.
 
 `python tests/pages_in_browser.py docs/_build/html` checks the widths of a build with all its figures.
 """
@@ -21,6 +21,10 @@ _EXCESS = """() => {
   return Math.max(...boxes.map((box) => box.scrollWidth - box.clientWidth));
 }"""
 
+# Texts of elements that end beyond the right edge of the window.
+_BEYOND = """(selector) => [...document.querySelectorAll(selector)].filter(
+  (one) => one.getBoundingClientRect().right > window.innerWidth).map((one) => one.textContent)"""
+
 
 def pages(folder):
     """The HTML files of a build that readers open by themselves."""
@@ -40,6 +44,14 @@ def too_wide(folder):
                 if (excess := page.evaluate(_EXCESS)) > 0:
                     lines.append(f"{path.relative_to(folder)} at {width}: {excess} px too wide")
     return lines
+
+
+def out_of_sight(path, selector, width):
+    """How many elements of a page a selector finds, and the texts of those that a narrow window does not show."""
+    with browser() as chromium:
+        page = chromium.new_page(viewport={"width": width, "height": 900})
+        page.goto(path.resolve().as_uri())
+        return page.locator(selector).count(), page.evaluate(_BEYOND, selector)
 
 
 def search_results(folder, word):

@@ -234,7 +234,7 @@ def test_missing_packages_are_reported_by_name(call):
         f"try: m.{call}\nexcept ImportError as error: print(error)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert 'pip install "kerrcaustics[astro]"' in done.stdout
+    assert "pip install '.[astro]'" in done.stdout
 
 
 def test_the_command_says_the_scale(capsys):

@@ -1,6 +1,7 @@
 """Rays as functions for JAX, and derivatives of images and caustics: against long arithmetic, and other cameras."""
 
 import math
+import warnings
 from functools import partial
 
 import jax
@@ -615,3 +616,39 @@ def test_the_time_of_an_event_and_its_gradient():
 def test_bad_arguments_of_events_and_discs_get_one_line(function, arguments, words):
     with pytest.raises(ValueError, match=words):
         getattr(kc.functional, function)(*arguments)
+
+
+@pytest.mark.slow
+def test_the_function_of_a_result_has_its_values_and_slopes():
+    """By spin, radius, inclination and star, of a camera in motion: values of the search, and finite differences."""
+    images = kc.star_images(kc.Camera(0.9, 10.0), star=(1.4, 2.9), max_index=1)
+    function = images.function()
+    with jax.enable_x64(True):
+        assert np.abs(np.asarray(function().sky) - images.sky).max() < 1e-12
+        assert np.asarray(function().magnification) == pytest.approx(images.magnification, rel=1e-11)
+        assert np.asarray(function().time) == pytest.approx(images.time, abs=1e-9)
+
+        def light(x):
+            return function(x[0], x[1], star=x[2:]).magnification
+
+        x, step = np.array([0.9, 10.0, 1.4, 2.9]), 1e-5
+        slopes = np.asarray(jax.jit(jax.jacrev(light))(x))
+        for k, unit in enumerate(np.eye(4)):
+            ends = [
+                kc.star_images(kc.Camera(*at[:2]), star=tuple(at[2:]), max_index=1).magnification
+                for at in (x + step * unit, x - step * unit)
+            ]
+            assert slopes[:, k] == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-5, abs=1e-8)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        slope = jax.grad(lambda spin: function(spin=spin).magnification.sum())(0.9)
+    assert slope == pytest.approx(slopes[:, 0].sum(), rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("viewer", "star", "end"),
+    [(kc.Observer(spin=0.9, inclination=1.0), (1.4, 2.9), math.inf), (kc.Camera(0.9, 10.0), (1.4, 2.9), 50.0)],
+)
+def test_other_images_are_no_function(viewer, star, end):
+    with pytest.raises(ValueError, match="on the celestial sphere, as a Camera sees it"):
+        kc.star_images(viewer, star, max_index=1, end=end).function()

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-pytest.importorskip("anywidget", reason="anywidget is missing: pip install 'kerrcaustics[notebook]'")
+pytest.importorskip("anywidget", reason="anywidget is missing: pip install '.[notebook]'")
 
 CELLS = [
     "import kerrcaustics as kc",

@@ -2,8 +2,10 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
+import tomllib
 from importlib.metadata import requires
 from pathlib import Path
 
@@ -11,7 +13,7 @@ import pytest
 from command_line import run
 from packaging.requirements import Requirement
 
-from kerrcaustics.extras import EXTRAS, missing, needed, require
+from kerrcaustics.extras import DEVELOPMENT, EXTRAS, install, missing, needed, require
 
 # What users do that needs a package, and the extra that brings it.
 CALLS = {
@@ -58,7 +60,7 @@ def complaints(tmp_path_factory):
 @pytest.mark.parametrize("call", CALLS)
 def test_a_missing_package_names_its_extra(call, complaints):
     package, extra = CALLS[call]
-    named = f'The package {package} is missing, for {EXTRAS[extra]}: pip install "kerrcaustics[{extra}]"'
+    named = f"The package {package} is missing, for {EXTRAS[extra]}: in a clone of kerrcaustics, {install(extra)}"
     assert complaints[call] == named
 
 
@@ -73,9 +75,24 @@ def test_every_extra_is_known_and_every_package_of_it():
         assert package.replace("distributed", "dask").lower() in {name.lower() for name in extras[extra]}
 
 
+def test_every_extra_is_listed_and_none_is_asked_of_an_index():
+    """The package is on none yet."""
+    root = Path(__file__).parents[1]
+    listed = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    assert set(EXTRAS) == set(listed) and set(DEVELOPMENT) < set(EXTRAS)
+    texts = [
+        *root.glob("*.md"),
+        *root.glob("docs/*.md"),
+        *root.glob("docs/recipes/*.py"),
+        *root.glob("kerrcaustics/**/*.py"),
+    ]
+    asked = [path.name for path in texts if re.search(r"install\b.*kerrcaustics(\[|$)", path.read_text(), re.M)]
+    assert len(texts) > 300 and asked == []
+
+
 def test_several_packages_are_one_line():
     line = missing("explore", "nothing_a", "nothing_b")
-    assert line.startswith("The packages nothing-a, nothing-b are missing, for the explorer in a browser: pip install")
+    assert line.startswith("The packages nothing-a, nothing-b are missing, for the explorer in a browser: in a clone")
     assert missing("explore", "json") == ""
     require("explore", "json")
     assert needed("explore", "json").loads("1") == 1

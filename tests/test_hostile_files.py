@@ -99,7 +99,7 @@ def test_small_files_of_huge_pictures_are_not_unpacked(tmp_path, refused):
 
 
 def test_small_files_of_huge_exr_pictures_are_not_unpacked(tmp_path, refused):
-    OpenEXR = pytest.importorskip("OpenEXR", reason="OpenEXR is missing: pip install 'kerrcaustics[exr]'")
+    OpenEXR = pytest.importorskip("OpenEXR", reason="OpenEXR is missing: pip install '.[exr]'")
     import numpy as np
 
     path = tmp_path / "sky.exr"
@@ -113,7 +113,7 @@ def test_small_files_of_huge_exr_pictures_are_not_unpacked(tmp_path, refused):
 
 
 def test_small_files_of_huge_fits_images_are_not_unpacked(tmp_path, refused):
-    pytest.importorskip("astropy", reason="astropy is missing: pip install 'kerrcaustics[astro]'")
+    pytest.importorskip("astropy", reason="astropy is missing: pip install '.[astro]'")
     cards = ["SIMPLE  = T", "BITPIX  = -64", "NAXIS   = 2", "NAXIS1  = 200000", "NAXIS2  = 100000", "END"]
     cards = [f"{card[:10]}{card[10:]:>20}".ljust(80) if "=" in card else card.ljust(80) for card in cards]
     with gzip.open(tmp_path / "sky.fits.gz", "wb") as file:

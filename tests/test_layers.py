@@ -161,6 +161,17 @@ def test_commands_that_trace_nothing_load_no_jax(command, tmp_path):
     assert loaded_by(run, {"jax", "matplotlib", "scipy"}) == []
 
 
+def test_the_first_plot_loads_what_it_draws():
+    """What other results are drawn by takes half a second to load, a quarter of the time until the plot is there."""
+    others = {f"kerrcaustics.draw.{name}_results" for name in ("light", "space", "derivative", "star")}
+    others |= {"jax", "kerrcaustics.scenes.render", "kerrcaustics.waves.amplification"}
+    others |= {"kerrcaustics.extended_sources.magnification", "kerrcaustics.draw.waves", "kerrcaustics.functional"}
+    seen = "star_images(kerrcaustics.Camera(0.9, 10.0), (1.4, 2.9), 1).plot()"
+    run = f"import matplotlib; matplotlib.use('agg'); import kerrcaustics; kerrcaustics.{seen}"
+    # An empty list would not show that anything was drawn.
+    assert loaded_by(run, others | {"kerrcaustics.draw.sky_results"}) == ["kerrcaustics.draw.sky_results"]
+
+
 def test_analyses_need_no_package_of_pictures_files_or_the_command_line():
     rooms = [room for floor in ("base", "engine", "lensing") for room in FLOORS[floor] if room != "toml_files"]
     code = LENSING.format(blocked=ABOVE, rooms=rooms)

@@ -23,6 +23,15 @@ def seen_by_camera(place, radius):
     return np.stack([square - 1, 2 * a, 2 * b], axis=-1) / (1 + square)[..., None]
 
 
+def test_arguments_come_by_name_or_in_order_as_those_of_cameras():
+    assert kc.Observer(0.9, 1.0) == kc.Observer(spin=0.9, inclination=1.0)
+    assert kc.Observer(0.9, 1.0, 50.0) == kc.Observer(spin=0.9, radius=50.0, inclination=1.0)
+    assert kc.Camera(0.9, 50.0, 1.0) == kc.Camera(spin=0.9, inclination=1.0, radius=50.0)
+    # In the order of a camera they are refused.
+    with pytest.raises(ValueError, match="Argument `radius` must be larger than the horizon"):
+        kc.Observer(0.9, 50.0, 1.0)
+
+
 def test_screen_and_back():
     places = np.array([[3.0, 4.0], [1e5, -2.0], [0.0, 0.0], [1e-7, 1e-9]])
     assert np.allclose(on_screen(from_screen(places)), places, rtol=1e-13, atol=0)

@@ -13,22 +13,17 @@ import pytest
 from command_line import run
 from exploring import needs_chromium
 from offenders import for_each
-from pages_in_browser import WIDTHS, pages, search_results, too_wide
+from pages_in_browser import WIDTHS, out_of_sight, pages, search_results, too_wide
 
 from kerrcaustics.cli import with_all_commands
 
 app = with_all_commands()
 ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
 LESSONS = sorted(path for room in ("fields", "lessons", "recipes") for path in (ROOT / "docs" / room).glob("*.py"))
 NAMES = {page.name for page in PAGES}
-# Made while the pages are built.
-MADE = {"gallery/index.rst", "howto/index.rst", "notebooks/index.rst", "tutorial/index.rst", "explorer.html"}
-# Folders of pages that are made from scripts, and the scripts.
-SOURCES = {"gallery/": "figures", "howto/": "docs/recipes", "notebooks/": "docs/fields", "tutorial/": "docs/lessons"}
 # What a page takes for granted before its first block.
 BEFORE = {
-    "films.md": "import numpy as np\n\ndef draw(number):\n    return np.zeros((8, 8, 3), np.uint8)\n",
     "results.md": "import numpy as np\nimport kerrcaustics as kc\n"
     "values = np.ones(12 * 64**2)\n"
     "kc.skies.save_sky('sky.fits', kc.skies.celestial_picture(kc.skies.Checkerboard(), 64))\n",
@@ -52,9 +47,12 @@ def commands(page):
 
 
 def links(page):
-    """The links of a page to other files, with their anchors."""
-    text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
-    found = re.findall(r"\]\(([^)\s]+)\)", re.sub(r"`[^`]*`", "", text))
+    """The links of a page to other files, with their anchors, as they are read where no page is built."""
+    text = re.sub(r"^(`{3,})(?!`|{).*?^\1$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    # Models in space are shown by built pages alone.
+    text = re.sub(r"^(`{3,}){only}.*?^\1$", "", text, flags=re.DOTALL | re.MULTILINE)
+    found = re.findall(r"\]\(([^)\s]+)\)|(?:href|src)=\"([^\"]+)\"", re.sub(r"`[^`\n]*`", "", text))
+    found = [one or other for one, other in found]
     return [link for link in found if not re.match(r"https?:|mailto:", link)]
 
 
@@ -68,15 +66,37 @@ def anchors(page):
 def test_links_lead_somewhere(page):
     for link in links(page):
         target, _, anchor = link.partition("#")
-        if target in MADE:
-            continue
-        if target.startswith(tuple(SOURCES)):
-            folder = SOURCES[f"{Path(target).parent}/"]
-            assert (ROOT / folder / f"{Path(target).stem}.py").exists(), link
-            continue
         file = (page.parent / target).resolve() if target else page
-        assert file.exists(), link
+        assert file.is_relative_to(ROOT) and file.exists(), link
         assert not anchor or anchor in anchors(file), link
+
+
+# Rows of the README's table, with those of the table of the study: the number there, and in which unit.
+MEASURED = {
+    "the end of a ray": ("accuracy", "closed-form", 1, 1.0),
+    "a beam": ("cost", "+ index", 0, 1.0),
+    "the first three caustics": ("cost", "three caustics", 1, 1e-3),
+    "the first star": ("cost", "first star", -4, 1.0),
+    "all images": ("cost", "one more star", 1, 1e-3),
+    "tracks": ("cost", "tracks of a star", 1, 1e-3),
+    "a light curve": ("cost", "light curve, 1,000 times", 1, 1e-3),
+    "a picture of a disk": ("cost", "frame of a disk", 1, 1e-3),
+}
+
+
+def numbers_of(label, page):
+    """The numbers of the rows of a page's table that begin with a label, row after row."""
+    rows = [line.split("|")[1:-1] for line in page.splitlines() if line.startswith("|")]
+    cells = [cell.split() for row in rows if row[0].strip().startswith(label) for cell in row[1:]]
+    return [float(words[0].replace("%", "")) for words in cells if words and re.match(r"[\d.]+", words[0])]
+
+
+def test_numbers_of_the_readme_are_those_of_the_studies():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8").partition("## What it does")[2]
+    for label, (table, row, place, unit) in MEASURED.items():
+        (shown,) = numbers_of(label, readme)
+        measured = numbers_of(row, (ROOT / "docs" / "tables" / f"{table}.md").read_text(encoding="utf-8"))
+        assert shown == pytest.approx(measured[place] * unit, rel=0.05), label
 
 
 def test_links_are_found():
@@ -100,7 +120,7 @@ def test_films_and_models_of_pages_are_there_and_small():
     clips = {path.name: path.stat().st_size for path in (ROOT / "docs" / "clips").iterdir()}
     assert max(clips.values()) < 4e5 and sum(clips.values()) < 3e6
     text = "".join(page.read_text(encoding="utf-8") for page in (ROOT / "docs").glob("*.md"))
-    assert {Path(name).name for name in re.findall(r'<video[^>]* src="_static/([^"]+)"', text)} == set(clips)
+    assert {Path(name).name for name in re.findall(r'<video[^>]* src="clips/([^"]+)"', text)} == set(clips)
     models = re.findall(r'<iframe[^>]* src="models/(\w+)\.html"', text)
     assert models and all((ROOT / "figures" / f"{name}.py").exists() for name in models)
     # In words for who does not see them, and not played to who did not ask for it.
@@ -232,6 +252,13 @@ def test_no_page_is_wider_than_its_window(site):
 
 
 @pytest.mark.slow
+def test_a_phone_shows_the_commands_of_limits(site):
+    needs_chromium()
+    count, hidden = out_of_sight(site / "limits.html", "td:last-child code", 390)
+    assert count > 20 and hidden == []
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("word", "first"),
     [
@@ -239,6 +266,10 @@ def test_no_page_is_wider_than_its_window(site):
         ("jit", "howto/how_3_gradients"),
         ("gradient", "howto/how_3_gradients"),
         ("exposure", "howto/how_1_exposure"),
+        ("360°", "howto/how_2_panorama"),
+        ("360", "howto/how_2_panorama"),
+        ("photo", "howto/how_2_panorama"),
+        ("microlensing", "your_field"),
     ],
 )
 def test_search_answers_with_the_page_that_says(site, word, first):

@@ -154,7 +154,7 @@ def test_dot_of_figure_12_is_the_motion_of_the_other_cameras():
 def test_second_disk_of_figure_15_is_on_the_page_of_disks():
     _, (inner, outer, _) = FIGURES.load("disk_shifts").DISKS.values()
     text = (HOME / "docs" / "disks.md").read_text(encoding="utf-8")
-    assert "gallery/disk_shifts" in text and f"rims at $r = {inner}$ and ${outer}$" in text
+    assert "figures/disk_shifts" in text and f"rims at $r = {inner}$ and ${outer}$" in text
 
 
 @pytest.mark.parametrize(("velocity", "part"), [("static", 1.24), ("fiducial", 0.87), ("circular", 0.45)])

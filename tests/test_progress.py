@@ -1,6 +1,7 @@
 """Progress of calls: what a listener hears, when a bar is shown, and that nothing is reported twice."""
 
 import re
+import sys
 import time
 from contextlib import contextmanager
 from pathlib import Path
@@ -154,6 +155,23 @@ def test_a_bar_in_a_notebook_comes_after_a_second_and_leaves_nothing():
     assert re.fullmatch(r'<progress value="0.800"></progress> &lt;line&gt; 5 of 5 \(1 s\)', shown[2][0])
     assert shown[3][0] == '<progress value="0.000"></progress> &lt;line&gt; 1 of 1 (0 s)'
     assert shown[2][-1] == shown[3][-1] == ""
+
+
+def test_a_notice_goes_to_the_listener_or_below_the_cell_or_to_the_terminal(monkeypatch, capsys):
+    told = []
+    with progress.listening(lambda what, part: told.append((what, part))):
+        progress.notice("compiling")
+    assert told == [("compiling", 0.0)]
+    progress.notice("compiling")
+    assert capsys.readouterr() == ("", "")
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    progress.notice("compiling")
+    assert capsys.readouterr() == ("", "compiling\n")
+    display = pytest.importorskip("IPython.display", reason="IPython is missing: pip install ipykernel")
+    monkeypatch.setattr(display, "display", lambda content, raw: told.append(content["text/html"]))
+    monkeypatch.setattr(progress, "in_notebook", lambda: True)
+    progress.notice("<compiling>")
+    assert told[1:] == ["<small>&lt;compiling&gt;</small>"] and capsys.readouterr() == ("", "")
 
 
 def test_a_bar_waits(monkeypatch):

@@ -75,7 +75,7 @@ def test_the_lock_holds_what_installs(name, tmp_path):
 
 
 def test_gpl_libraries_in_wheels_are_named():
-    av = pytest.importorskip("av", reason="av is missing: pip install 'kerrcaustics[films]'")
+    av = pytest.importorskip("av", reason="av is missing: pip install '.[films]'")
     libraries = {path.name.split("-")[0].removeprefix("lib") for path in Path(av.__file__).parents[1].glob("av.libs/*")}
     said = text("docs/install.md").partition("### GPL software")[2].partition("\n## ")[0]
     assert all(f"**{name}**" in said for name in {"x264", "x265", "xvidcore", "postproc"} & libraries)

@@ -406,4 +406,4 @@ def test_a_missing_package_is_named(package, tmp_path, capsys, monkeypatch):
     arguments = ("--output", tmp_path / "s.zarr", "--scheduler", "tcp://127.0.0.1:1")
     status, out, err = run(capsys, "sweep", written(tmp_path, PLAIN), *arguments)
     assert (status, out) == (2, "") and err.count("\n") == 1
-    assert package in err and 'pip install "kerrcaustics[sweep]"' in err
+    assert package in err and "pip install '.[sweep]'" in err

@@ -170,8 +170,18 @@ def test_doctor_says_what_is_missing_and_what_to_do(capsys, tmp_path, monkeypatc
     assert kernels["level"] == kernels["levels"][-1] and kernels["count"] > 50 and kernels["problem"] is None
     monkeypatch.setattr(doctor, "installed", lambda wanted: wanted.name not in ("av", "pyvista"))
     status, out, _ = run(capsys, "doctor")
-    assert status == 0 and "pip install 'kerrcaustics[films,space]'" in out
+    assert status == 0 and "pip install '.[films,space]'" in out
     assert "not tried, as the extra 'space' is not" in out and re.search(r"films .*no, needs av>=", out)
+
+
+def test_doctor_lists_development_too_and_names_the_folder_of_gradients(capsys, tmp_path, monkeypatch):
+    """And does not advise to install what only work on the package needs."""
+    monkeypatch.setattr("kerrcaustics.draw.space.check_opengl", lambda: None)
+    monkeypatch.setattr(doctor, "installed", lambda wanted: wanted.name not in ("ruff", "numpyro"))
+    _, out, _ = run(capsys, "doctor", "--json", tmp_path / "doctor.json")
+    assert re.search(r"lint .*no, needs ruff>=", out) and "pip install '.[inference]'" in out
+    programs = json.loads((tmp_path / "doctor.json").read_text())["programs"]
+    assert programs["folder"] in out.replace("\n", "") and programs["count"] >= 0
 
 
 # The first module of the package, the first of Python's own that is loaded then, and later ones.

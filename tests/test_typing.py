@@ -26,7 +26,7 @@ CHECKERS = {
 @pytest.mark.parametrize("checker", CHECKERS)
 def test_types_are_exact_and_what_is_wrong_is_an_error(checker, tmp_path):
     if find_spec(checker) is None:
-        pytest.skip(f"{checker} is missing: pip install 'kerrcaustics[lint]'")
+        pytest.skip(f"{checker} is missing: pip install '.[lint]'")
     script, root = tmp_path / SCRIPT.name, str(HERE.parent)
     script.write_text("\n".join(LINES), encoding="utf-8")
     settings = f'{{"typeCheckingMode": "standard", "extraPaths": ["{root}"], "reportMissingModuleSource": false}}'

@@ -1,9 +1,11 @@
 """
-Show a panorama of your own
-===========================
+Show a 360° photo of your own
+=============================
 
-**Goal:** a panorama of your own as the sky behind the hole, the right way round and with the right part of it directly
-behind the hole.
+**Goal:** to use a panorama, such as a 360° photo, as the sky behind the hole. It must not come out mirrored, and you
+choose which part of it lies behind the hole.
+
+.. index:: 360, 360°, panorama
 """
 
 # %%

@@ -82,5 +82,7 @@ plt.show()
 #
 # ``direction`` follows one line of sight to the celestial sphere; if the line is captured, the result is ``nan``, and
 # so is its gradient. Searches for images and caustics are not differentiated. ``kc.functional.images`` follows images
-# already found, ``event_time`` is the time at which a star meets a caustic, and ``magnification`` is the light of a
-# disc, even while it crosses a caustic. For more, see the `Python reference <../api.html#derivatives>`_.
+# already found; ``images.function()`` is the same for a result of ``star_images``, which fills in what is left out:
+# ``jax.grad(lambda spin: images.function()(spin=spin).magnification[0])(0.9)``. ``event_time`` is the time at which a
+# star meets a caustic, and ``magnification`` is the light of a disc, even while it crosses a caustic. For more, see the
+# `Python reference <../api.html#derivatives>`_.

@@ -4,8 +4,8 @@ Infer the spin from a light curve
 
 **Goal:** to learn spin, inclination and the orbit of a star from the light of its two brightest images, with error
 bars, in three ways: by least squares, with `NumPyro <https://num.pyro.ai>`__, and by a forecast before anything is
-measured. This recipe needs ``pip install "kerrcaustics[inference]"``, and runs for about five minutes, half of which is
-compilation.
+measured. This recipe needs ``pip install '.[inference]'``, and runs for about five minutes, half of which is
+compilation; the second time JAX takes what was compiled from a folder of yours.
 """
 
 # %%

@@ -13,7 +13,7 @@ from kerrcaustics.cli.app import app, with_examples
 from kerrcaustics.cli.options import COMMON, CommonOptions
 from kerrcaustics.cli.tables import PlainTable
 from kerrcaustics.cli.terminal import progress, say
-from kerrcaustics.extras import EXTRAS
+from kerrcaustics.extras import DEVELOPMENT, EXTRAS, install
 
 
 @app.command(**with_examples("doctor"))
@@ -36,6 +36,7 @@ def doctor(*, common: CommonOptions = COMMON) -> None:
         "extras": {name: {"installed": not missing, "missing": missing} for name, missing in extras.items()},
         "opengl": opengl,
         "kernels": _kernels(),
+        "programs": _programs(),
     }
     common.write(entry)
     _print(entry, common.console())
@@ -94,6 +95,17 @@ def _kernels() -> dict[str, Any]:
         return {"level": None, "levels": [], "count": 0, "problem": str(error)}
 
 
+def _programs() -> dict[str, Any]:
+    """The folder of compiled gradients, None if there is none that can be written, and their number and size."""
+    from kerrcaustics.functional.program_cache import keep_programs
+
+    folder = keep_programs()
+    if folder is None:
+        return {"folder": None, "count": 0, "bytes": 0}
+    sizes = [file.stat().st_size for file in folder.glob("*-cache")]
+    return {"folder": str(folder), "count": len(sizes), "bytes": sum(sizes)}
+
+
 def _print(entry: dict[str, Any], out: Console) -> None:
     say(out, f"kerrcaustics {entry['version']}, Python {entry['python']}, {entry['platform']}")
     say(out, ", ".join(f"{name} {number}" for name, number in entry["packages"].items()))
@@ -103,13 +115,16 @@ def _print(entry: dict[str, Any], out: Console) -> None:
     beside = f" (also there: {', '.join(others)})" if others else ""
     found = f"{kernels['count']} for {kernels['level']}{beside}"
     say(out, f"Kernels: {kernels['problem'] or found}")
+    programs = entry["programs"]
+    kept = f"{programs['count']} kept in {programs['folder']}, {programs['bytes'] / 1e6:.1f} MB"
+    say(out, f"Compiled gradients: {kept if programs['folder'] else 'kept in no folder: none, or none can be written'}")
     say(out, f"OpenGL: {entry['opengl']['advice']}")
     table = PlainTable(("extra", "for", "installed"), words=("extra", "for", "installed"))
     for name, state in entry["extras"].items():
         table.add_row(name, EXTRAS[name], "yes" if state["installed"] else f"no, needs {', '.join(state['missing'])}")
     out.print(table)
-    absent = [name for name, state in entry["extras"].items() if not state["installed"]]
+    absent = [name for name, state in entry["extras"].items() if not state["installed"] and name not in DEVELOPMENT]
     if absent:
-        say(out, f"To add them: {Path(sys.executable).name} -m pip install 'kerrcaustics[{','.join(absent)}]'")
+        say(out, f"To add them, in a clone: {Path(sys.executable).name} -m {install(*absent)}")
     else:
         say(out, "Nothing is missing.")

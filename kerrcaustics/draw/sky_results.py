@@ -22,7 +22,6 @@ from kerrcaustics.draw.plots import celestial_sphere, is_small, primary_zoom
 from kerrcaustics.draw.projection import about_shadow, azimuthal_equidistant, broken, whole_line
 from kerrcaustics.draw.sky_axes import (
     caustics_on_sphere,
-    celestial_sphere_axes,
     checked_scale,
     draw_from_above,
     draw_places,
@@ -31,7 +30,6 @@ from kerrcaustics.draw.sky_axes import (
     is_shapeless,
     is_sphere,
     name_sky_axes,
-    on_axes,
     sky_length,
     source_axes,
 )
@@ -40,10 +38,8 @@ from kerrcaustics.draw.tracks import stretches, tracks_legend, tracks_on_sky
 from kerrcaustics.images.counts import CountMap, ImageCounts
 from kerrcaustics.images.images import StarImages
 from kerrcaustics.light_curves.results import SourceEvent, SpotEvent
-from kerrcaustics.scenes.catalogue import StarCatalogue
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.raster import Raster
-from kerrcaustics.scenes.star_field import StarField
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.shadow import shadow_edge
 from kerrcaustics.spacetime.sphere import polar_angle
@@ -297,24 +293,6 @@ def picture_border(ax: Axes, view: Raster, *, camera: Viewer | None = None) -> A
     name_sky_axes(ax, "rad" if sky.shape[-1] == 3 else "")
     if camera is None and sky.shape[-1] == 3:
         ax.set(xlabel="right of −e_x (deg)", ylabel="above −e_x (deg)")
-    return ax
-
-
-def catalogue(ax: Axes, catalogue: StarCatalogue, *, brightest: int = 3000) -> Axes:
-    """The brightest stars, bright ones larger, in the catalogue's own directions; `brightest`: how many."""
-    return _stars(ax, catalogue, np.eye(3), brightest)
-
-
-def star_field(ax: Axes, field: StarField, *, brightest: int = 3000) -> Axes:
-    """The brightest stars on the celestial sphere, bright ones larger; `brightest`: how many."""
-    return _stars(ax, field.catalogue, np.asarray(field.orientation, float), brightest)
-
-
-def _stars(ax: Axes, catalogue: StarCatalogue, orientation: Float[Array, "3 3"], brightest: int) -> Axes:
-    chosen = np.argsort(catalogue.magnitude)[:brightest]
-    places = _angles(catalogue.direction[chosen] @ orientation.T)
-    size = 10 ** (-0.2 * (catalogue.magnitude[chosen] - 2)) * 6
-    celestial_sphere_axes(ax).scatter(*on_axes(ax, SKY, places), s=size, color="black", linewidths=0)
     return ax
 
 

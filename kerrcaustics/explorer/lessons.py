@@ -135,7 +135,7 @@ TERMS = {
     "image": "A direction in which a camera sees a star. There are infinitely many, most of them faint and next to "
     "the shadow.",
     "inclination": "The angle between the spin axis and the direction from the hole to the camera: 90° on the equator.",
-    "magnification": "How much brighter an image is than the star would be without a hole.",
+    "magnification": "The area of an image on the camera sky divided by the area of the star on the celestial sphere.",
     "Morse index": "The number of times a beam is squeezed to a line on its way: 0 for light that passes far from the "
     "hole. It is used to classify images.",
     "order": "Of a critical curve or caustic: 1 is primary, the outermost; 2 secondary; 3 tertiary; and so on, ever "

@@ -28,6 +28,7 @@ from kerrcaustics.functional.fold_patch import (
 )
 from kerrcaustics.functional.image_roots import Near, root
 from kerrcaustics.functional.local_map import Vector, determinant, jacobian, smooth, tangents, unit
+from kerrcaustics.functional.program_cache import prepare_compilation
 from kerrcaustics.functional.traced_arguments import (
     check_axis,
     check_shapes,
@@ -140,8 +141,6 @@ def magnification(
     images of a pair are one smooth function, and nothing diverges. The area of the pair is one integral along the part
     of the limb on the bright side.
 
-    JAX compiles for a minute, for gradients twice as long, and keeps the result if its compilation cache is on.
-
     Examples
     --------
     >>> import kerrcaustics as kc
@@ -169,6 +168,7 @@ def magnification(
 def _magnification(
     place: list[Array], star: Array, size: Array, near: Array, sign: Array, folds: Array, motion: Moving
 ) -> Array:
+    prepare_compilation()
     arguments = with_place([*place, size], direction_of(star))
     shape = jnp.broadcast_shapes(arguments.shape[:-1], near.shape[:-2], folds.shape[:-2])
     flat = [flattened(x, shape, n) for x, n in ((arguments, 1), (near, 2), (sign, 1), (folds, 2))]

@@ -11,6 +11,7 @@ from kerrcaustics.beams.differentiable import float64
 from kerrcaustics.beams.moving import Moving, motion_of
 from kerrcaustics.functional.fold_patch import ChebyshevPatch, fold_where, patch_of, smooth_root
 from kerrcaustics.functional.local_map import Vector, determinant, smooth, tangents, unit
+from kerrcaustics.functional.program_cache import prepare_compilation
 from kerrcaustics.functional.traced_arguments import (
     check_axis,
     check_shapes,
@@ -73,6 +74,7 @@ def event_time(
 
 @jax.jit
 def _event_time(place: list[Array], path: Array, near: Array, motion: Moving) -> Array:
+    prepare_compilation()
     arguments = with_place(place, path.reshape(*path.shape[:-2], -1))
     shape = jnp.broadcast_shapes(arguments.shape[:-1], near.shape[:-1])
     flat = [flattened(x, shape, 1) for x in (arguments, near)]

@@ -19,6 +19,7 @@ from kerrcaustics.functional.local_map import (
     unit,
     with_columns,
 )
+from kerrcaustics.functional.program_cache import prepare_compilation
 from kerrcaustics.functional.traced_arguments import (
     check_axis,
     check_shapes,
@@ -246,6 +247,7 @@ def images(
 
 @jax.jit
 def _images(place: list[Array], star: Array, near: Array, sign: Array, motion: Moving) -> Images:
+    prepare_compilation()
     arguments = with_place([x[..., None] for x in place], direction_of(star)[..., None, :])
     numbers = jnp.moveaxis(image_numbers(arguments, near, sign, motion, timed=True), -1, 0)
     return Images(jnp.moveaxis(numbers[:3], 0, -1), 1 / jnp.abs(numbers[3]), numbers[4])

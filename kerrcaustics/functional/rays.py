@@ -8,6 +8,7 @@ from jaxtyping import Array, Float
 
 from kerrcaustics.beams.differentiable import differentiable, end, float64
 from kerrcaustics.beams.moving import Moving, motion_of
+from kerrcaustics.functional.program_cache import keep_programs
 from kerrcaustics.functional.traced_arguments import check_axis, check_shapes, wide, wide_place, with_place
 from kerrcaustics.spacetime.camera import Velocity
 
@@ -60,6 +61,7 @@ def _ray_end(spin: Any, radius: Any, inclination: Any, sky: Any, velocity: Veloc
 
 @partial(jax.jit, static_argnames=("timed",))
 def _ends(spin: Array, radius: Array, inclination: Array, sky: Array, motion: Moving, timed: bool) -> Array:
+    keep_programs()
     arguments = with_place([spin, radius, inclination], sky)
     ends = jax.vmap(differentiable(partial(end, timed=timed)), (0, None))(arguments.reshape(-1, 6), motion)
     return ends.reshape(*arguments.shape[:-1], -1)

@@ -13,6 +13,7 @@ from kerrcaustics.curves.caustic import Caustic
 from kerrcaustics.curves.caustic_search import caustics
 from kerrcaustics.functional.disc_images import closest_fold
 from kerrcaustics.functional.local_map import unit
+from kerrcaustics.functional.program_cache import keep_programs
 from kerrcaustics.images.images import StarImages, star_images
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import instance_of, real_number
@@ -124,6 +125,7 @@ def _pair_skies(place: jax.Array, centre: jax.Array, near: jax.Array, motion: Mo
 
     On the dark side of the caustic, 0; of a star that is on it within rounding, more than the distance of the images.
     """
+    keep_programs()
     fold, shape = closest_fold(place, centre, near, motion)
     depth = (centre - unit(fold.patch(fold.at))) @ shape.across
     step = jnp.sqrt((jnp.abs(depth) + _ON_CAUSTIC) / shape.bend[0])

@@ -1,6 +1,9 @@
 """Certified images of a source: a star on a sphere around the hole, or something in the equatorial plane."""
 
 import math
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
 
 import numpy as np
 
@@ -99,6 +102,35 @@ class StarImages(Shown):
         """Summary in one line: the star, how many images, whether certified."""
         counts = ", ".join(f"{count} of index {k}" for k, count in self.per_index.items())
         return f"<StarImages of star {self.star}: {counts}{'' if self.certified else ', not certified'}>"
+
+    def function(self) -> Callable[..., Any]:
+        """These images as a function that JAX compiles and differentiates.
+
+        Returns
+        -------
+        callable
+            With the parameters spin, radius, inclination and star (theta', phi'), each with the value of this result
+            if it is left out. It returns `kerrcaustics.functional.Images`: sky, magnification and time of each image
+            of this result at other parameters, NaN where one is lost, computed in float64, and rounded to float32
+            unless `jax_enable_x64` is set. The camera keeps its `velocity`.
+
+        Raises
+        ------
+        ValueError
+            Unless the source is on the celestial sphere, and the viewer is a Camera.
+
+        Errors
+        ------
+        As for `kerrcaustics.functional.images`.
+
+        Examples
+        --------
+        >>> import jax, kerrcaustics as kc
+        >>> images = kc.star_images(kc.Camera(spin=0.9, radius=10), star=(1.4, 2.9), max_index=1)
+        >>> seen = images.function()
+        >>> slope = jax.grad(lambda spin: seen(spin=spin).magnification.sum())(0.9)
+        """
+        return import_module("kerrcaustics.functional.functions_of_results").function_of(self)
 
 
 @usual_warnings

@@ -52,6 +52,18 @@ def report(what: str, part: float | None = None) -> None:
         listener.report(what, part)
 
 
+def notice(text: str) -> None:
+    """Say what takes long: to the listener if there is one, else below the cell of a notebook, or on a terminal."""
+    if _LISTENER.get() is not None:
+        report(text)
+    elif in_notebook():
+        from IPython.display import display
+
+        display({"text/plain": text, "text/html": f"<small>{escape(text)}</small>"}, raw=True)
+    elif sys.stderr.isatty():
+        sys.stderr.write(f"{text}\n")
+
+
 def in_steps(what: str, items: Sequence[Item]) -> Iterator[Item]:
     """The items, each of which takes about as long; what is reported meanwhile belongs to one of them."""
     listener = _LISTENER.get()

@@ -21,7 +21,7 @@ SCREEN = 10.0
 _BEYOND_PRIMARY, _FARTHEST = 20.0, 1e7
 
 
-@result("observer/1", record="viewer=observer spin radius inclination velocity", eq=True, kw_only=True)
+@result("observer/1", record="viewer=observer spin radius inclination velocity", eq=True)
 class Observer(Viewer):
     """A fiducial observer far away, who measures directions by the impact parameters of a plane wave.
 
@@ -59,8 +59,8 @@ class Observer(Viewer):
     """
 
     spin: float = quantity("", "1", "spin a of the hole")
-    radius: float = quantity("", "GM/c^2", "Boyer-Lindquist radius", default=math.inf)
     inclination: float = quantity("", "rad", "polar angle", given=True)
+    radius: float = quantity("", "GM/c^2", "Boyer-Lindquist radius", default=math.inf)
     sky_unit: ClassVar[str] = "GM/c^2"
     sky_coordinates: ClassVar[str] = "alpha, beta"
 

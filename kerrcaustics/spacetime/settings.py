@@ -1,6 +1,7 @@
 """The settings of JAX under which the package computes, independent of those of the calling program.
 
-They hold for the computing thread and during a call alone: neither an import nor a call leaves any setting changed.
+They hold for the computing thread and during a call alone. No import and no call leaves a setting changed, with one
+exception: `kerrcaustics.functional` names a folder for compiled programs (program_cache.py).
 """
 
 from collections.abc import Iterator

@@ -23,7 +23,8 @@ assert_type(camera.plot(), Axes)
 camera.spn  # wrong
 camera.spin = 0.5  # wrong
 kc.Camera(spin=0.9, radios=10.0)  # wrong
-kc.Observer(0.9, 1.0)  # wrong
+assert_type(kc.Observer(0.9, 1.0, 50.0), kc.Observer)
+kc.Observer(0.9)  # wrong
 
 found = kc.caustics(camera, orders=2, end=kc.Sphere(20.0))
 assert_type(found, CausticSet)
@@ -47,6 +48,7 @@ assert_type(images.certified, bool)
 assert_type(images.max_index, int)
 assert_type(len(images), int)
 assert_type(images.plot(), Axes)
+images.function()(spin=0.9)
 kept: np.ndarray = images.magnification
 images.magnifications  # wrong
 kc.star_image  # wrong
