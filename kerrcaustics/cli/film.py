@@ -171,13 +171,13 @@ def film_of_scene_file(path: Path, quality: Quality | None, resizing: SizeOption
     from kerrcaustics.films.scene_films import FilmedScene, scene_film
 
     with one_line_errors():
-        from kerrcaustics.scene_files.scene_file import SceneFile
         from kerrcaustics.sweeps.reading import read_scene
 
         scene = read_scene(path)
         if not isinstance(scene, FilmedScene):
             raise BadInput(f"Argument NAME must be the scene of a picture or a film, but {path} is a sweep file.")
-        if isinstance(scene, SceneFile) and scene.contents.film is None:
+        # Scenes of other classes are films.
+        if not getattr(scene, "is_film", True):
             raise BadInput(
                 f"Scene {path} has no table [film], and so one frame: add one with frames or duration, or use "
                 "kerrcaustics render."

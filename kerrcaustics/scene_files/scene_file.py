@@ -120,6 +120,11 @@ class SceneFile:
         return f"<SceneFile {self.name}: {self.size[0]} x {self.size[1]} pixels, {self.frames} frames>"
 
     @property
+    def is_film(self) -> bool:
+        """True if the file has a table [film]."""
+        return self.contents.film is not None
+
+    @property
     def frames(self) -> int:
         """Number of frames: 1 for a picture."""
         film = self._film
