@@ -4,6 +4,7 @@ import logging
 import os
 import re
 import sys
+from importlib import import_module
 from importlib.metadata import version as installed_version
 from pathlib import Path
 
@@ -106,52 +107,23 @@ def write_commands(app, page, source):
         source[0] = source[0].replace("COMMANDS", reported)
 
 
-def write_modules(app, page, source):
-    """Put the list of modules into the page of the architecture."""
-    if page == "architecture":
-        from module_list import module_list
-
-        source[0] = source[0].replace("<!-- modules -->", module_list())
-
-
-def write_keys(app, page, source):
-    """Put the keys of scene files into their page."""
-    if page == "scene_files":
-        from scene_keys import key_tables
-
-        source[0] = source[0].replace("<!-- keys -->", key_tables())
+# Lists made from what declares them: by page and by the comment that each replaces, its module and function.
+LISTS = {
+    "architecture": {"modules": ("module_list", "module_list")},
+    "figures_of_the_paper": {"figures": ("figure_list", "paper_figures")},
+    "films": {"films": ("figure_list", "film_list")},
+    "plots": {"plots": ("plot_list", "plot_list")},
+    "results": {"results": ("result_list", "result_list")},
+    "scene_files": {"keys": ("scene_keys", "key_tables")},
+    "sweeps": {"keys": ("sweep_lists", "scene_table"), "variables": ("sweep_lists", "variable_table")},
+}
 
 
-def write_results(app, page, source):
-    """Put the list of results into their page."""
-    if page == "results":
-        from result_list import result_list
-
-        source[0] = source[0].replace("<!-- results -->", result_list())
-
-
-def write_plots(app, page, source):
-    """Put the list of plots into their page."""
-    if page == "plots":
-        from plot_list import plot_list
-
-        source[0] = source[0].replace("<!-- plots -->", plot_list())
-
-
-def write_sweep_lists(app, page, source):
-    """Put the keys of a scene and the variables of a store into the page of sweeps."""
-    if page == "sweeps":
-        from sweep_lists import scene_table, variable_table
-
-        source[0] = source[0].replace("<!-- keys -->", scene_table()).replace("<!-- variables -->", variable_table())
-
-
-def write_figures(app, page, source):
-    """Put the figures of the paper, and the films, into their pages."""
-    if page in ("figures_of_the_paper", "films"):
-        from figure_list import film_list, paper_figures
-
-        source[0] = source[0].replace("<!-- figures -->", paper_figures()).replace("<!-- films -->", film_list())
+def write_lists(app, page, source):
+    """Put the lists of a page in the place of their comments."""
+    for comment, (module, function) in LISTS.get(page, {}).items():
+        made = getattr(import_module(module), function)()
+        source[0] = source[0].replace(f"<!-- {comment} -->", made)
 
 
 # Of links and clips that lead to a file of the repository where a page is read there: the place in the built pages.
@@ -172,7 +144,7 @@ def lead_to_built_pages(app, page, source):
 
 def read_again(app, env, added, changed, removed):
     """Pages that depend on more than their own file."""
-    return ["architecture", "commands", "figures_of_the_paper", "films", "plots", "results", "scene_files", "sweeps"]
+    return ["commands", *LISTS]
 
 
 def keep_numbers_whole(app, doctree, page):
@@ -197,12 +169,7 @@ def write_explorer(app, error):
 def setup(app):
     """Connect what this file adds to Sphinx."""
     app.connect("source-read", write_commands)
-    app.connect("source-read", write_modules)
-    app.connect("source-read", write_keys)
-    app.connect("source-read", write_results)
-    app.connect("source-read", write_plots)
-    app.connect("source-read", write_sweep_lists)
-    app.connect("source-read", write_figures)
+    app.connect("source-read", write_lists)
     app.connect("source-read", lead_to_built_pages)
     app.connect("env-get-outdated", read_again)
     app.connect("doctree-resolved", keep_numbers_whole)

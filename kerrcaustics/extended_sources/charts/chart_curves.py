@@ -34,7 +34,8 @@ _REACH = 1.5
 _LEAST = 0.1
 # Most lines that are bracketed: if more fail, the curve is lost.
 _MOST_ASTRAY = 500
-_TIGHT = {"absolute": 1e-15, "relative": 1e-15}
+TIGHT = {"absolute": 1e-15, "relative": 1e-15}
+"""Accuracy of roots along lines and sides of cells, as parts of them."""
 
 
 @dataclass(frozen=True)
@@ -198,7 +199,7 @@ def _bracketed(
         return search
     low, high = offsets[rows, best[rows]], offsets[rows, best[rows] + 1]
     root = bracketed_roots(
-        lambda offset, row: lines[row].rays_and_values(chart, offset)[1], (low, high), (rows,), **_TIGHT
+        lambda offset, row: lines[row].rays_and_values(chart, offset)[1], (low, high), (rows,), **TIGHT
     )
     offset = np.where(np.isfinite(root.x), root.x, (low + high) / 2)
     step = 1e-3 * (high - low)
@@ -227,5 +228,5 @@ def limb_folds(
         return chart.rays(*place(part, *ends).T).ratio
 
     args = (*start.T, *stop.T, *axes.reshape(-1, 4).T, rising)
-    root = bracketed_roots(value, (np.zeros(len(start)), np.ones(len(start))), args, **_TIGHT)
+    root = bracketed_roots(value, (np.zeros(len(start)), np.ones(len(start))), args, **TIGHT)
     return place(np.where(np.isfinite(root.x), root.x, 0.5), *args)

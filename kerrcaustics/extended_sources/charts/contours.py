@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kerrcaustics.extended_sources.charts.chart_curves import limb_folds
+from kerrcaustics.extended_sources.charts.chart_curves import TIGHT, limb_folds
 from kerrcaustics.extended_sources.charts.chart_grid import CORNERS, SIDES, ChartGrid
 from kerrcaustics.extended_sources.charts.charts import DiscChart
 from kerrcaustics.numerics.roots import bracketed_roots
@@ -32,8 +32,6 @@ _MOST_CELLS = 20_000
 _FINEST = 1 << 48
 # Times that cells are halved again because curves in them are in doubt.
 _MOST_RETRIES = 3
-# Accuracy of crossings of the limb with sides, as a part of the side.
-_TIGHT = {"absolute": 1e-15, "relative": 1e-15}
 
 
 @dataclass(frozen=True)
@@ -201,7 +199,7 @@ def _roots(chart: DiscChart, low: Array, step: Array, field: str) -> Float[Array
         return getattr(chart.rays(a + part * c, b + part * d), field)
 
     bracket = np.zeros(len(low)), np.ones(len(low))
-    root = bracketed_roots(value, bracket, (*low.T, *step.T), **_TIGHT)
+    root = bracketed_roots(value, bracket, (*low.T, *step.T), **TIGHT)
     return low + np.where(np.isfinite(root.x), root.x, 0.5)[:, None] * step
 
 
