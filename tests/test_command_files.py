@@ -18,6 +18,7 @@ LINES = {
     "amplification": f"amplification {PLACE} --star 80 10 --frequency 2",
     "caustics": f"caustics {PLACE}",
     "counts": f"counts {PLACE} --map",
+    "check": "check checks.toml",
     "demo": "demo",
     "doctor": "doctor",
     "explore": "explore --no-browser",
@@ -70,6 +71,7 @@ def nothing_computed(tmp_path, monkeypatch):
         "hole = {spin = 0.9}\ncamera = {radius = 10}\nview = {width = 8}\nsky = {kind = 'checkerboard'}\n"
     )
     (tmp_path / "sweep.toml").write_text("spin = 0.9\nradius = 10\n")
+    (tmp_path / "checks.toml").write_text("[[caustic]]\nspin = 0.9\nradius = 10\norder = 1\n")
     monkeypatch.chdir(tmp_path)
     for module in ("kerrcaustics.beams.trace", "kerrcaustics.beams.dispatch"):
         monkeypatch.setitem(sys.modules, module, None)

@@ -13,7 +13,7 @@ from kerrcaustics.cli.endings import BadInput as BadInput
 _MODULES = {
     name: {"demo": "caustics", "light-curve": "light_curve"}.get(name, name)
     for name in (
-        *("amplification", "caustics", "counts", "demo", "doctor", "explore", "figures", "film", "images"),
+        *("amplification", "caustics", "check", "counts", "demo", "doctor", "explore", "figures", "film", "images"),
         *("light-curve", "magnification", "render", "scale", "scene", "study", "sweep", "tracks"),
     )
 }

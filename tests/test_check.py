@@ -1,0 +1,140 @@
+"""Automated checks of caustics and image counts from a file."""
+
+import json
+import math
+
+import pytest
+from command_line import run
+
+import kerrcaustics as kc
+from kerrcaustics.report.checks import CausticCheck, CheckFile, StarCheck, StoredCheck, outcomes, read_checks
+
+PAPER = {"spin": 0.999, "radius": 6.03}
+
+
+def only(check, folder="."):
+    (found,) = outcomes(CheckFile(**{type(check).__name__.removesuffix("Check").lower(): [check]}), folder)
+    return found
+
+
+def test_the_template_is_met(capsys, tmp_path):
+    status, text, _ = run(capsys, "check", "--template")
+    assert status == 0
+    file = tmp_path / "checks.toml"
+    file.write_text(text)
+    status, out, err = run(capsys, "check", str(file), "--json", str(tmp_path / "out.json"))
+    assert (status, err) == (0, "")
+    assert out.count("\nok") + out.startswith("ok") == 2 and "2 checks, all met" in out
+    record = json.loads((tmp_path / "out.json").read_text())
+    assert record["schema"] == "kerrcaustics/check/1" and record["met"] is True
+    assert [entry["met"] for entry in record["checks"]] == [True, True]
+
+
+def test_figures_of_the_paper_are_met():
+    # JTFT figs 4 to 9: no spin; circuits and widths of the caustics; pairs of images.
+    checks = [
+        CausticCheck(**PAPER | {"spin": 0.0}, order=1, kind="point", cusps=0),
+        CausticCheck(**PAPER, order=1, cusps=4, circuits=(0.0012, 0.0013)),
+        CausticCheck(**PAPER, order=2, cusps=4, circuits=(0.73, 0.731)),
+        CausticCheck(**PAPER, order=3, cusps=4, circuits=(5.21, 5.22)),
+        CausticCheck(spin=0.999, radius=2.6, order=2, cusps=4),
+        CausticCheck(spin=0.9, radius=math.inf, inclination=60.0, order=2),
+    ]
+    assert [found.faults for found in outcomes(CheckFile(caustic=checks))] == [()] * len(checks)
+
+
+@pytest.mark.parametrize(
+    ("asked", "fault"),
+    [
+        ({"kind": "point"}, "it is astroid, and must be point"),
+        ({"closed": False}, "its ends meet"),
+        ({"cusps": 3}, "it has 4 cusps, and must have 3"),
+        ({"circuits": (0.8, 0.9)}, "circuits is 0.7306"),
+        ({"phi_extent": (0.0, 10.0)}, "outside [0, 10]"),
+    ],
+)
+def test_what_a_caustic_is_not_is_said(asked, fault):
+    found = only(CausticCheck(**PAPER, order=2, **asked))
+    assert not found.met and any(fault in line for line in found.faults), found
+    assert found.line.startswith("FAIL caustic 2 at a = 0.999")
+
+
+def test_a_range_that_ends_within_the_error_decides_nothing():
+    curve = kc.caustics(kc.Camera(0.999, 6.03, velocity="fiducial"), 2)[1]
+    value = math.degrees(curve.theta_extent)
+    assert only(CausticCheck(**PAPER, order=2, theta_extent=(value - 1e-6, value + 1e-6))).met
+    found = only(CausticCheck(**PAPER, order=2, theta_extent=(value, value + 1)))
+    assert not found.met and "decides nothing about" in found.faults[0]
+
+
+def test_counts_of_a_star():
+    assert only(StarCheck(**PAPER, star=(84.0, 60.0), counts=[1, 1, 5])).met
+    found = only(StarCheck(**PAPER, star=(84.0, 60.0), counts=[1, 1, 3]))
+    assert found.faults == ("it has 1 + 1 + 5 images, and must have 1 + 1 + 3",)
+    # On the point caustic of a hole without spin nothing is certified.
+    ring = only(StarCheck(spin=0.0, radius=10.0, star=(90.0, 180.0), counts=[0, 0]))
+    assert not ring.met and any("one ring" in fault for fault in ring.faults)
+
+
+def test_stored_results_are_found_again(tmp_path):
+    camera = kc.Camera(0.9, 10.0)
+    caustics, images = kc.caustics(camera, 2), kc.star_images(camera, (1.4, 2.9), max_index=1)
+    kc.save(tmp_path / "caustics.npz", caustics)
+    kc.save(tmp_path / "images.npz", images)
+    kc.save(tmp_path / "camera.npz", camera)
+    assert only(StoredCheck(file="caustics.npz"), tmp_path).met
+    assert only(StoredCheck(file="images.npz"), tmp_path).met
+    assert "must hold CausticSet or StarImages" in only(StoredCheck(file="camera.npz"), tmp_path).faults[0]
+    (tmp_path / "broken.npz").write_text("no result")
+    assert not only(StoredCheck(file="broken.npz"), tmp_path).met
+
+
+def test_a_stored_result_that_changed_is_a_fault(tmp_path):
+    camera = kc.Camera(0.9, 10.0)
+    # Those of another star under this one's name stand for results of an older version that was wrong.
+    images = kc.star_images(camera, (1.4, 2.9), max_index=1)
+    object.__setattr__(images, "star", (1.4 + 1e-9, 2.9))
+    kc.save(tmp_path / "moved.npz", images)
+    found = only(StoredCheck(file="moved.npz"), tmp_path)
+    assert not found.met and all("more than both errors" in fault for fault in found.faults)
+    caustics = kc.caustics(camera, 1)
+    object.__setattr__(caustics[0], "phi_max", caustics[0].phi_max + 1e-9)
+    kc.save(tmp_path / "wider.npz", caustics)
+    assert "phi_max differs by 1.0e-09 rad" in only(StoredCheck(file="wider.npz"), tmp_path).faults[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("", "without any"),
+        ("[[caustic]]\nspin = 0.9\nradius = 10", "`order`"),
+        ("[[caustic]]\nspin = 1.5\nradius = 10\norder = 1", "spin"),
+        ("[[caustic]]\nspin = 0.9\nradius = 10\norder = 11", "from 1 to 10"),
+        ("[[caustic]]\nspin = 0.9\nradius = 10\norder = 1\ncircuits = [2, 1]", "the least and the largest value"),
+        ("[[star]]\nspin = 0.9\nradius = 10\nstar = [84, 60]\ncounts = []", "a list of 1 to 7 numbers"),
+        ("[[star]]\nspin = 0.9\nradius = 10\nstar = [200, 60]\ncounts = [1]", "theta' in [0, 180]"),
+        ("[[star]]\nspin = 0.9\nradius = 10\nstar = [84, 60]\ncounts = [1]\nvelocity = 'static'", "velocity"),
+        ("[[stored]]\nfile = 'none.npz'", "the name of a file"),
+    ],
+)
+def test_a_file_that_asks_for_what_cannot_be_is_refused_in_one_line(text, complaint, capsys, tmp_path):
+    file = tmp_path / "checks.toml"
+    file.write_text(text)
+    status, out, err = run(capsys, "check", str(file))
+    assert (status, out) == (2, "") and err.count("\n") == 1 and complaint in err, err
+    with pytest.raises(ValueError, match=r"Check file|hole"):
+        read_checks(file)
+
+
+def test_without_a_file_or_with_both_the_way_out_is_named(capsys, tmp_path):
+    status, _, err = run(capsys, "check")
+    assert status == 2 and "FILE must be given" in err
+    status, _, err = run(capsys, "check", "x.toml", "--template")
+    assert status == 2 and "--template must be used alone" in err
+
+
+def test_status_1_tells_how_many_failed(capsys, tmp_path):
+    file = tmp_path / "checks.toml"
+    file.write_text("[[star]]\nspin = 0.9\nradius = 10\nstar = [84, 60]\ncounts = [7]\n")
+    status, out, err = run(capsys, "check", str(file))
+    assert status == 1 and out.startswith("FAIL star 84 60") and "1 of 1 checks failed." in err
