@@ -203,10 +203,10 @@ class ScaleOptions:
     Attributes
     ----------
     mass
-        Mass of the hole in solar masses: the table and the figure then give times in minutes (in seconds or days if one
-        M is much shorter or longer).
+        Mass of the hole in solar masses: tables, figures and films then give times in minutes (in seconds or days if
+        one M is much shorter or longer).
     distance
-        Distance of the observer in parsecs, with --mass and --observer or --radius inf: the table and the figure then
+        Distance of the observer in parsecs, with --mass and --observer or --radius inf: tables, figures and films then
         give places on the sky in microarcseconds.
     """
 

@@ -94,9 +94,9 @@ def check_page(page: Path | None, argument: str = "--page") -> None:
     _check_ending(argument, page, *_PAGE)
 
 
-def write_table(result: "RowTable", table: Path) -> None:
-    """Write a result in rows into a file whose ending was checked."""
-    (result.to_csv if table.suffix.lower() == ".csv" else result.to_fits)(table)
+def write_table(result: "RowTable", table: Path, **settings: Any) -> None:
+    """Write a result in rows into a file whose ending was checked; settings: of its methods."""
+    (result.to_csv if table.suffix.lower() == ".csv" else result.to_fits)(table, **settings)
 
 
 def _check_ending(argument: str, path: Path | None, endings: tuple[str, ...], between: str) -> None:

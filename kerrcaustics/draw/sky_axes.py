@@ -63,13 +63,6 @@ def name_sky_axes(ax: Axes, unit: str = "rad", scale: PhysicalScale | None = Non
     return ax
 
 
-def checked_scale(scale: object) -> PhysicalScale | None:
-    """The argument `scale` of a plot; raise ValueError unless it is a PhysicalScale or None."""
-    if scale is None or isinstance(scale, PhysicalScale):
-        return scale
-    raise ValueError(f"Argument `scale` must be a PhysicalScale, but is {type(scale).__name__}.")
-
-
 def sky_length(viewer: Viewer, scale: PhysicalScale | None = None) -> tuple[str, float]:
     """Unit of lengths on pictures of a viewer's sky, as `name_sky_axes` has it, and what is drawn as 1 in it."""
     if viewer.sky_unit == "rad":

@@ -103,6 +103,13 @@ class PhysicalScale:
         return needed("astro", "astropy.units").Quantity(numbers("values", values) * getattr(self, name), unit)
 
 
+def checked_scale(scale: object) -> PhysicalScale | None:
+    """The argument `scale` of a plot or a table; raise ValueError unless it is a PhysicalScale or None."""
+    if scale is None or isinstance(scale, PhysicalScale):
+        return scale
+    raise ValueError(f"Argument `scale` must be a PhysicalScale, but is {type(scale).__name__}.")
+
+
 def _positive(name: str, value: Any, unit: str, units: str) -> float:
     """The argument `name` as a number in this unit."""
     try:
