@@ -153,3 +153,21 @@ def test_the_ratio_to_the_unlensed_star_is_what_a_camera_there_has(capsys):
     # At infinity there is none, and of a camera the magnification is the ratio.
     for others in (["--velocity", "fiducial"], ["--observer", "--source-radius", "300"]):
         assert "ratio" not in run(capsys, *place, *others, "--max-index", "0")[1]
+
+
+def test_the_ratio_of_a_star_of_finite_size_is_that_of_a_point_where_it_is_small(capsys):
+    options = ["--spin", "0.9", "--radius", "100", "--inclination", "60", "--star", "80", "170"]
+    status, out, _ = run(capsys, "magnification", *options, "--observer", "--size", "0.01")
+    heads, *rows = (re.split(r"  +", line.strip()) for line in out.splitlines() if "  " in line)
+    assert status == 0 and heads == ["index", "magnification (M^2/sr)", "error", "ratio", "error of ratio"]
+    assert "ratio: light of the images by that of the star without the hole\n" in out
+    star = math.radians(80), math.radians(170)
+    images = kc.star_images(kc.Camera(0.9, 100.0, math.radians(60), velocity="fiducial"), star)
+    points = [images.magnification[images.index == index].sum() for index in range(3)]
+    ratios, errors = (np.array([row[column] for row in rows], float) for column in (3, 4))
+    np.testing.assert_allclose(ratios, [*points, sum(points)], rtol=1e-5)
+    assert (errors > 0).all() and (errors < 1e-5 * ratios).all()
+    # There is none at infinity, for cameras, and for stars at a finite radius.
+    infinite = ["--spin", "0.9", "--radius", "inf", "--star", "80", "170"]
+    for others in (infinite, options, [*options, "--observer", "--source-radius", "300"]):
+        assert "ratio" not in run(capsys, "magnification", *others, "--size", "0.01", "--max-index", "0")[1]
