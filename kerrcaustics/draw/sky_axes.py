@@ -100,6 +100,11 @@ def seen_from_outside(name: str = _SPHERE_NAME) -> str:
     return f"{name}, seen from outside"
 
 
+def outside_on_two_lines(name: str) -> str:
+    """The same for a narrow panel."""
+    return seen_from_outside(name).replace(", ", ",\n")
+
+
 def celestial_sphere_axes(ax: Axes, name: str = _SPHERE_NAME, step: float = 30, middle: float = 0.0) -> Axes:
     """Axes of the whole celestial sphere: phi' (`name`) about `middle`, theta' down, a tick every `step` degrees.
 
