@@ -1,6 +1,7 @@
 """The command `light-curve`: the light of a spot on a circular orbit, or of a source on any orbit."""
 
 import math
+import os
 import time
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal
@@ -8,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from rich.console import Console
 
-from kerrcaustics.choices import SpotMotion
+from kerrcaustics.choices import SpotMotion, number_suggestion
 from kerrcaustics.cli.app import app, with_examples
 from kerrcaustics.cli.endings import BadInput, stop
 from kerrcaustics.cli.film import write_film
@@ -112,11 +113,13 @@ def light_curve(
     """
     common.check({"--figure": figure, "--film": film, "--table": table, "--save": save})
     check_ending(figure)
-    check_film(film)
+    check_film(film, restart=restart)
     check_table(table)
     common.check_points(points)
-    if during is not None and not during[0] < during[1]:
-        raise BadInput(f"Argument --during must be two times, the earlier first, but is {during[0]:g} {during[1]:g}.")
+    if during is not None and not -math.inf < during[0] < during[1] < math.inf:
+        raise BadInput(
+            f"Argument --during must be two finite times, the earlier first, but is {during[0]:g} {during[1]:g}."
+        )
     units, way = scaling.scale(camera), _orbit(orbit)
     if during is None and getattr(way, "period", orbit) is None:
         raise BadInput("Argument --during must be given, as this orbit has no period.")
@@ -182,6 +185,8 @@ def _orbit(text: str) -> "float | Orbit":
         return float(text)
     except ValueError:
         from kerrcaustics.scene_files.orbit_file import read_orbit
+    if (end := number_suggestion(text)) != "." and not os.path.exists(text):
+        raise BadInput(f"Argument --orbit must be a radius or name a TOML file, but is {text}{end}")
     try:
         return read_orbit(text)
     except ValueError as error:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
+from kerrcaustics.choices import either, suggestion
 from kerrcaustics.cli.app import app, with_examples
 from kerrcaustics.cli.endings import BadInput, stop
 from kerrcaustics.cli.options import (
@@ -37,6 +38,13 @@ from kerrcaustics.cli.terminal import (
 if TYPE_CHECKING:
     from kerrcaustics.extended_sources.magnification import Magnification
 
+# Brightness profiles by name, as they are given.
+_PROFILES = {
+    "uniform": "uniform",
+    "linear": "linear:u",
+    "quadratic": "quadratic:u1,u2",
+    "gaussian": "gaussian:width",
+}
 # Of a magnification and of its error.
 _FORMS = ".9g", ".0e"
 
@@ -119,13 +127,18 @@ def magnification(
 
 def _profile(text: str) -> str | tuple[str | float, ...]:
     """A profile of the command line: its name, and the coefficients after a colon."""
-    name, colon, rest = text.partition(":")
-    if not colon:
-        return name
+    name, _, rest = text.partition(":")
+    if name not in _PROFILES:
+        forms = either(list(_PROFILES.values()))
+        raise BadInput(f"Argument --profile must be {forms}, but is {text or 'empty'}{suggestion(name, _PROFILES)}")
+    form = _PROFILES[name]
     try:
-        return (name, *(float(part) for part in rest.split(",")))
+        numbers = [float(part) for part in text.split(":")[1].split(",")] if ":" in text else []
     except ValueError:
         raise BadInput(f"Argument --profile must have numbers after {name}:, but has {rest or 'none'}.") from None
+    if len(numbers) != len(form.replace(":", ",").split(",")) - 1:
+        raise BadInput(f"Argument --profile must be {form}, but is {text}.")
+    return (name, *numbers) if numbers else name
 
 
 def _ratios(

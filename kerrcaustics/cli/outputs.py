@@ -79,9 +79,11 @@ def check_picture(output: Path) -> None:
     _check_ending("--output", output, *_PICTURE)
 
 
-def check_film(film: Path | None, argument: str = "--film") -> None:
-    """Refuse films of other formats, or that cannot be written here."""
+def check_film(film: Path | None, argument: str = "--film", restart: bool = False) -> None:
+    """Refuse films of other formats, or that cannot be written here; and to restart none."""
     _check_ending(argument, film, *_FILM)
+    if restart and film is None:
+        raise BadInput(f"Argument --restart must be used with {argument}.")
 
 
 def check_table(table: Path | None) -> None:
