@@ -191,6 +191,8 @@ BAD += [
     ((*HERE, "--inclination="), "Argument --inclination must be a number, but is empty."),
     ((*HERE, "--orders", "2,0"), "Argument --orders must be a whole number, but is 2,0."),
     (("scale", "--mass", "4,300,000"), "Argument --mass must be a number, but is 4,300,000; did you mean 4300000?"),
+    (("scale", "--mass", "1e300"), "Argument --mass must lie in [1e-100, 1e+100] solar masses, but is 1e+300."),
+    (("amplification", *STAR[1:], "80", "9", "--frequency", "1,5"), "LOW:HIGH:COUNT, but is 1,5; did you mean 1.5?"),
     (("scale", "--mass", "4.3e6Msun"), "Argument --mass must be a number, but is 4.3e6Msun; did you mean 4.3e6?"),
     ((*STAR, "80,170"), "Argument --star must be 2 numbers, but is 80,170; did you mean 80 170?"),
     ((*LIGHT, "--during", "0"), "Argument --during must be 2 numbers, but is 0."),
