@@ -87,6 +87,7 @@ html_static_path = ["style", "clips"]
 html_extra_path = ["gallery/extra"]
 (Path(__file__).parent / "gallery" / "extra" / "models").mkdir(parents=True, exist_ok=True)
 html_css_files = ["pages.css"]
+html_js_files = ["copy.js"]
 
 
 def read_as_text(app, what, name, obj, options, lines):

@@ -6,7 +6,8 @@ A word that is none of them may be close to one: `near` says which. Degrees may 
 
 import difflib
 import math
-from collections.abc import Iterable, Sequence
+import re
+from collections.abc import Callable, Iterable, Sequence
 from typing import Literal
 
 VelocityName = Literal["circular", "fiducial", "static"]
@@ -46,11 +47,33 @@ def event_kind(side: float) -> EventKind:
 def suggestion(word: object, names: Iterable[str]) -> str:
     """The name that a word may stand for, as the end of a sentence: "; did you mean spin?"; else its full stop.
 
-    The hyphens of options do not make two names alike.
+    The hyphens of options do not make two names alike, and capitals no difference.
     """
-    bare = {name.lstrip("-"): name for name in names}
-    similar = difflib.get_close_matches(str(word).lstrip("-"), list(bare), n=1)
+    bare = {name.lstrip("-").lower(): name for name in names}
+    similar = difflib.get_close_matches(str(word).lstrip("-").lower(), list(bare), n=1)
     return f"; did you mean {bare[similar[0]]}?" if similar else "."
+
+
+# Signs that look like a minus, commas between thousands, and units in which numbers are given anyway.
+_MINUS = re.compile("[\N{MINUS SIGN}\N{EN DASH}\N{FIGURE DASH}\N{NON-BREAKING HYPHEN}]")
+_THOUSANDS = re.compile(r",(?=\d{3}(,|$))")
+_UNITS = re.compile(r"\s*(\N{DEGREE SIGN}|deg|degrees|M|Msun|pc)$")
+
+
+def number_suggestion(text: str, count: int = 1, kind: Callable[[str], float] = float) -> str:
+    """The numbers that a text may stand for, as the end of a sentence: "; did you mean 0.9?"; else its full stop.
+
+    It may have a decimal comma, commas between numbers or digits, a minus sign that is no hyphen, or a unit.
+    """
+    plain = _UNITS.sub("", _MINUS.sub("-", text).strip().rstrip(","))
+    for meant in (plain, plain.replace(",", " "), plain.replace(",", ".", 1), _THOUSANDS.sub("", plain)):
+        try:
+            numbers = [kind(part) for part in meant.split()]
+        except ValueError:
+            continue
+        if len(numbers) == count and meant != text:
+            return f"; did you mean {meant}?"
+    return "."
 
 
 # Twelfths of pi that people write in radians: pi/6 to 2 pi. Rounded to three digits, pi/2 and pi are as far off.

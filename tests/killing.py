@@ -18,9 +18,7 @@ GUARD = 3000
 def reported(process):
     """The output of a process, without its progress."""
     out, _ = process.communicate(timeout=GUARD)
-    return re.sub(
-        r"^(\d+ of \d+ (frames|points)|reading the store|computing|Dashboard: ).*\n", "", out, flags=re.MULTILINE
-    )
+    return re.sub(r"^(\d+ of \d+ (frames|points)|reading the store|computing).*\n", "", out, flags=re.MULTILINE)
 
 
 def workers_of(process):

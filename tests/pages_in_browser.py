@@ -25,6 +25,21 @@ _EXCESS = """() => {
 _BEYOND = """(selector) => [...document.querySelectorAll(selector)].filter(
   (one) => one.getBoundingClientRect().right > window.innerWidth).map((one) => one.textContent)"""
 
+# Contrasts of the text of copy buttons with their ground (WCAG 2) in a theme.
+_CONTRASTS = """(theme) => {
+  document.body.dataset.theme = theme;
+  const light = (colour) => {
+    const parts = colour.match(/[\\d.]+/g).slice(0, 3).map((part) => part / 255);
+    const [r, g, b] = parts.map((part) => part <= 0.03928 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4);
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b + 0.05;
+  };
+  return [...document.querySelectorAll("div.highlight > .copy-button")].map((button) => {
+    const style = getComputedStyle(button);
+    const both = [light(style.color), light(style.backgroundColor)];
+    return Math.max(...both) / Math.min(...both);
+  });
+}"""
+
 
 def pages(folder):
     """The HTML files of a build that readers open by themselves."""
@@ -52,6 +67,15 @@ def out_of_sight(path, selector, width):
         page = chromium.new_page(viewport={"width": width, "height": 900})
         page.goto(path.resolve().as_uri())
         return page.locator(selector).count(), page.evaluate(_BEYOND, selector)
+
+
+def copy_buttons(path):
+    """Contrasts of the buttons on blocks of code, by theme, and how many blocks of code the page has."""
+    with browser() as chromium:
+        page = chromium.new_page()
+        page.goto(path.resolve().as_uri())
+        contrasts = {theme: page.evaluate(_CONTRASTS, theme) for theme in ("light", "dark")}
+        return contrasts, page.locator("div.highlight:has(pre)").count()
 
 
 def search_results(folder, word):

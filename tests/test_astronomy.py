@@ -2,7 +2,6 @@
 
 import json
 import math
-import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -13,7 +12,6 @@ import pytest
 from command_line import run
 
 import kerrcaustics as kc
-from kerrcaustics.draw.light_curves import light_curve_figure
 from kerrcaustics.images.counts import CountMap
 from kerrcaustics.spacetime.sphere import from_angles
 
@@ -251,77 +249,3 @@ def test_the_command_refuses_in_one_line(capsys, mass, distance, wrong):
     status, out, err = run(capsys, "scale", f"--mass={mass}", f"--distance={distance}")
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert f"Argument --{wrong} must be a positive, finite number" in err
-
-
-@pytest.mark.parametrize(
-    ("mass", "unit", "each"),
-    [(10.0, "ms", 0.0493), (2e4, "ms", 98.5), (1e5, "s", 0.493), (4.3e6, "min", 0.353), (6.5e9, "d", 0.3706)],
-)
-def test_times_have_a_unit_that_suits_the_mass(mass, unit, each):
-    name, value = kc.PhysicalScale(mass).time_unit
-    assert name == unit and value == pytest.approx(each, rel=1e-3)
-
-
-@pytest.fixture(scope="module")
-def light():
-    observer = kc.Observer(spin=0.9, inclination=1.0)
-    return kc.light_curve(observer, 8.0, 12, crossings=1)
-
-
-def test_a_light_curve_is_drawn_in_minutes_and_microarcseconds(light):
-    scale = kc.PhysicalScale(4.3e6, 8180)
-    ax, plain = light.plot(scale=scale), light.plot()
-    assert ax.get_xlabel() == "time of the viewer (min)" and plain.get_xlabel() == "time of the viewer (M)"
-    np.testing.assert_allclose(ax.lines[0].get_xdata(), plain.lines[0].get_xdata() * scale.seconds / 60)
-    with pytest.raises(ValueError, match="Argument `scale` must be a PhysicalScale, but is float"):
-        light.plot(scale=21.2)
-    sky = light_curve_figure(light, scale).axes[1]
-    assert (sky.get_xlabel(), sky.get_ylabel()) == ("α (µas)", "β (µas)")
-    sky.figure.canvas.draw()
-    for tick in sky.get_xticklabels():
-        assert float(tick.get_text().replace("−", "-")) == pytest.approx(tick.get_position()[0] * scale.microarcseconds)
-        assert float(tick.get_text().replace("−", "-")) % 5 == 0
-    assert light_curve_figure(light, kc.PhysicalScale(4.3e6)).axes[1].get_xlabel() == "α (M)"
-
-
-@pytest.mark.parametrize("command", ["images --star 80 170 --max-index 1", "light-curve --orbit 8 --times 5"])
-def test_tables_are_in_physical_units(command, capsys):
-    place = ["--spin", "0.9", "--radius", "inf", "--inclination", "60"]
-    scale = kc.PhysicalScale(4.3e6, 8180)
-    plain = run(capsys, *command.split(), *place)[1]
-    status, out, _ = run(capsys, *command.split(), *place, "--mass", "4.3e6", "--distance", "8180")
-    assert status == 0 and "time (min)" in out
-    if command.startswith("images"):
-        row, before = (re.findall(r"^ *1 .*$", text, re.M)[0].split() for text in (out, plain))
-        assert "alpha, beta (uas)" in out and "errors on the sky in microarcseconds" in out
-        assert float(row[2]) == pytest.approx(float(before[2]) * scale.microarcseconds, abs=1e-4)
-        assert float(row[-1]) == pytest.approx(float(before[-1]) * scale.seconds / 60, abs=1e-5)
-    else:
-        period, before = (float(re.search(r"period ([\d.]+)", text)[1]) for text in (out, plain))
-        assert period == pytest.approx(before * scale.seconds / 60)
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ("--radius inf --distance 8180", "Argument --distance must be used with --mass."),
-        ("--radius 50 --mass 4e6 --distance 8180", "--distance must be used with --observer or --radius inf"),
-        ("--radius inf --mass -1", "Argument --mass must be a positive, finite number of solar masses, but is -1.0."),
-    ],
-)
-def test_masses_and_distances_that_nothing_uses_are_refused(options, words, assert_refused):
-    assert_refused(("images", "--spin", "0.9", "--star", "80", "170", *options.split()), words)
-    assert_refused(("light-curve", "--spin", "0.9", "--orbit", "8", *options.split()), words)
-
-
-def test_the_ratio_to_the_unlensed_star_is_what_a_camera_there_has(capsys):
-    place = ["images", "--spin", "0.9", "--radius", "100", "--inclination", "60", "--star", "80", "170"]
-    status, out, _ = run(capsys, *place, "--observer")
-    assert status == 0 and "magnification (M^2/sr)" in out and "solid angle of an image by that of the star" in out
-    star = math.radians(80), math.radians(170)
-    images = kc.star_images(kc.Camera(0.9, 100.0, math.radians(60), velocity="fiducial"), star)
-    ratios = [float(line.split()[6]) for line in re.findall(r"^ *[012]  .*$", out, re.M)]
-    np.testing.assert_allclose(ratios, images.magnification, rtol=1e-3)
-    # At infinity there is none, and of a camera the magnification is the ratio.
-    for others in (["--velocity", "fiducial"], ["--observer", "--source-radius", "300"]):
-        assert "ratio" not in run(capsys, *place, *others, "--max-index", "0")[1]

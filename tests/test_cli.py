@@ -133,8 +133,11 @@ BAD = [
     (("caustics", "--spn", "0.9", "--radius", "6"), "Argument --spn is unknown; did you mean --spin?"),
     (("caustics", "--spin", "0.9", "--radius", "6", "--order", "2"), "--order is unknown; did you mean --orders?"),
     (("caustics", "--spin", "0.9", "--radius", ""), "Argument --radius must be a number, but is empty."),
-    (("caustics", "--spin", "0.9", "--radius", "6,03"), "Argument --radius must be a number, but is 6,03."),
-    (("images", "--spin", "0.9", "--radius", "6", "--star", "84,0", "60"), "--star must be 2 numbers, but is 84,0."),
+    (("caustics", "--spin", "0.9", "--radius", "6,03"), "--radius must be a number, but is 6,03; did you mean 6.03?"),
+    (
+        ("images", "--spin", "0.9", "--radius", "6", "--star", "84,0", "60"),
+        "must be 2 numbers, but is 84,0; did you mean 84.0?",
+    ),
     (("caustics", "--spin", "0.9", "--radius", "6", "7"), "Argument --radius must be a number, but is 6 7."),
     (("caustics", "--spin", "0.9", "--radius", "6", "--spin", "1"), "Argument --spin must be given only once."),
     (
@@ -177,6 +180,46 @@ BAD += [
     ((*HERE, "--save", "x.fits"), "Argument --save must name a file of NumPy arrays, such as .npz, but is x.fits."),
     (("explore", "--page", "x.png"), "Argument --page must end in .html or .htm, but is x.png."),
     ((*HERE, "--save", sys.executable + "/x"), "in a folder that exists, but " + sys.executable + " is not a folder."),
+]
+
+LIGHT = ("light-curve", *HERE[1:], "--orbit", "8")
+STAR = ("images", *HERE[1:], "--star")
+BAD += [
+    ((*HERE[:2], "\N{MINUS SIGN}0.9", *HERE[3:]), "but is \N{MINUS SIGN}0.9; did you mean -0.9?"),
+    ((*HERE, "--inclination", "60\N{DEGREE SIGN}"), "must be a number, but is 60\N{DEGREE SIGN}; did you mean 60?"),
+    ((*HERE, "--inclination", "60 deg"), "must be a number, but is 60 deg; did you mean 60?"),
+    ((*HERE, "--inclination="), "Argument --inclination must be a number, but is empty."),
+    ((*HERE, "--orders", "2,0"), "Argument --orders must be a whole number, but is 2,0."),
+    (("scale", "--mass", "4,300,000"), "Argument --mass must be a number, but is 4,300,000; did you mean 4300000?"),
+    (("scale", "--mass", "1e300"), "Argument --mass must lie in [1e-100, 1e+100] solar masses, but is 1e+300."),
+    (("amplification", *STAR[1:], "80", "9", "--frequency", "1,5"), "LOW:HIGH:COUNT, but is 1,5; did you mean 1.5?"),
+    (("scale", "--mass", "4.3e6Msun"), "Argument --mass must be a number, but is 4.3e6Msun; did you mean 4.3e6?"),
+    ((*STAR, "80,170"), "Argument --star must be 2 numbers, but is 80,170; did you mean 80 170?"),
+    ((*LIGHT, "--during", "0"), "Argument --during must be 2 numbers, but is 0."),
+    ((*LIGHT, "--during", "0", "inf"), "Argument --during must be two finite times, the earlier first, but is 0 inf."),
+    ((*LIGHT[:-1], "8,5"), "Argument --orbit must be a radius or name a TOML file, but is 8,5; did you mean 8.5?"),
+    ((*LIGHT, "--restart"), "Argument --restart must be used with --film."),
+    (("tracks", *HERE[1:], "--star-theta", "80", "--restart"), "Argument --restart must be used with --film."),
+    (
+        ("caustics", "-spin", "0.9", "radius=6"),
+        "-spin is unknown; did you mean --spin? Argument radius is unknown; did",
+    ),
+    ((*HERE, "-orders", "2"), "Argument -orders is unknown; did you mean --orders?"),
+    (("caustics", "--SPIN", "0.9", "--radius", "6"), "Argument --SPIN is unknown; did you mean --spin?"),
+    (("render", "/"), "Argument SCENE must name a file, but / is a folder."),
+    (("render", "disk"), "disk is a template: kerrcaustics scene --template disk > disk.toml writes it to one."),
+    (("film", "star_field", "--workers", "0"), "Argument --workers must be 1 or more, but is 0."),
+    (("sweep", "--status", "x.zarr", "--retry"), "Argument --retry must not be used with --status."),
+    (("sweep", "--status", "x.zarr", "--workers", "2"), "Argument --workers must not be used with --status."),
+]
+DISC = ("magnification", *HERE[1:], "--star", "80", "170", "--size", "1", "--profile")
+BAD += [
+    ((*DISC, "foo"), "must be uniform, linear:u, quadratic:u1,u2 or gaussian:width, but is foo."),
+    ((*DISC, "Linear:0.6"), "or gaussian:width, but is Linear:0.6; did you mean linear?"),
+    ((*DISC, "linear"), "Argument --profile must be linear:u, but is linear."),
+    ((*DISC, "linear:0,6"), "Argument --profile must be linear:u, but is linear:0,6."),
+    ((*DISC, "linear:x"), "Argument --profile must have numbers after linear:, but has x."),
+    ((*DISC, "gaussian:0.1"), 'a width from 0.2 to 1000 radii of the source after "gaussian", but has 0.1.'),
 ]
 
 

@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -34,6 +35,22 @@ def test_rates_are_those_of_the_places(orbit):
     here, before, after = (motion.places(time + late) for late in (0, -step, step))
     assert np.abs((after.vector - before.vector) / (2 * step) - here.rate).max() < 1e-7
     assert np.abs((after.radius - before.radius) / (2 * step) - here.radius_rate).max() < 1e-7
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "viewer", [kc.Observer(spin=0.9, inclination=math.pi / 2), kc.Camera(0.9, 50, math.pi / 2, "static")]
+)
+def test_a_viewer_in_the_plane_of_the_orbit_is_told_to_leave_it(viewer):
+    """Cusps of caustics lie in that plane, so that images there meet three at a time."""
+    settings, times = {"source": "point", "max_index": 0}, np.linspace(0, 148, 4)
+    light = kc.light_curve(viewer, 8.0, times, **settings)
+    (remark,) = light.remarks
+    assert not light.certified and remark.endswith("incline the viewer by 89.9999 degrees instead of 90")
+    tilted = kc.light_curve(replace(viewer, inclination=math.radians(89.9999)), 8.0, times, **settings)
+    assert tilted.certified and len(tilted.events) > 1
+    # Of times at which the source meets no cusp nothing is in doubt.
+    assert kc.light_curve(viewer, 8.0, [50.0, 60.0], **settings).certified
 
 
 def test_a_circle_is_the_geodesic_that_it_is():

@@ -13,7 +13,7 @@ import pytest
 from command_line import run
 from exploring import needs_chromium
 from offenders import for_each
-from pages_in_browser import WIDTHS, out_of_sight, pages, search_results, too_wide
+from pages_in_browser import WIDTHS, copy_buttons, out_of_sight, pages, search_results, too_wide
 
 from kerrcaustics.cli import with_all_commands
 
@@ -256,6 +256,15 @@ def test_a_phone_shows_the_commands_of_limits(site):
     needs_chromium()
     count, hidden = out_of_sight(site / "limits.html", "td:last-child code", 390)
     assert count > 20 and hidden == []
+
+
+@pytest.mark.slow
+def test_blocks_of_code_have_a_button_that_is_read_in_light_and_dark(site):
+    needs_chromium()
+    for name in ("install", "index", "howto/how_3_gradients"):
+        contrasts, blocks_of_page = copy_buttons(site / f"{name}.html")
+        assert blocks_of_page == len(contrasts["light"]) == len(contrasts["dark"]) > 0, name
+        assert min(min(each) for each in contrasts.values()) > 4.5, contrasts
 
 
 @pytest.mark.slow

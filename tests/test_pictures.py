@@ -103,3 +103,10 @@ def test_count_map():
 def test_multiples():
     rows = {"spin 0.1": astroids(3), "spin 0": made_set([point(1, 45), point(2, 42), point(3, 41)])}
     return without_text(multiples_figure(rows, "made up"))
+
+
+def test_every_axis_of_the_azimuth_says_that_it_is_seen_from_outside():
+    figures = plots.overview(astroids(3), EDGE), multiples_figure({"spin 0.1": astroids(3)}, "made up")
+    for figure in figures:
+        names = [ax.get_xlabel() for ax in figure.axes if "φ′" in ax.get_xlabel()]
+        assert len(names) == 3 and all(name.endswith("seen from outside") for name in names)

@@ -136,6 +136,7 @@ def test_primary_zoom_names_its_centre(half_width):
     np.testing.assert_allclose(theta[:-1] + 90, np.degrees(caustic.celestial[:, 0]), atol=1e-9)
     assert ax.get_ylim()[0] > ax.get_ylim()[1]
     assert ax.get_xlabel().startswith("φ′ − 180 (") and "deg" in ax.get_xlabel()
+    assert ax.get_xlabel().endswith("seen from outside")
     assert ax.get_ylabel().startswith("θ′ − 90 (") and "deg" in ax.get_ylabel()
 
 

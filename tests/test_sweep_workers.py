@@ -6,11 +6,13 @@ from types import SimpleNamespace
 
 import pytest
 from command_line import run
+from killing import scheduler
 from sweeping import PLAIN, written
 
 import kerrcaustics as kc
 from kerrcaustics.sweeps.store import Block
 from kerrcaustics.workers import cluster, worker_failures
+from kerrcaustics.workers.places import dashboard_of
 from kerrcaustics.workers.worker_failures import WorkerFailures, WorkersLost
 
 FIRST, SECOND, THIRD = (Block(0, (i, i + 1), 0) for i in range(3))
@@ -99,9 +101,19 @@ def test_a_scheduler_that_goes_away_ends_the_sweep(tmp_path, empty_cluster):
     assert said[-1] == "0 of 6 points, no worker for 0 s"
 
 
+def test_a_scheduler_whose_dashboard_is_switched_off_names_none(tmp_path):
+    """Dask names its page all the same, and answers there that it has none."""
+    distributed = pytest.importorskip("distributed")
+    with scheduler(tmp_path) as address:
+        with distributed.Client(address, set_as_default=False) as client:
+            assert client.dashboard_link.startswith("http://")
+        assert dashboard_of(address) is None
+
+
 def test_the_address_of_the_dashboard_is_reported(monkeypatch, capsys, tmp_path):
     """Before the sweep begins; here the scheduler no longer answers then."""
-    answers = iter([SimpleNamespace(dashboard_link="http://127.0.0.1:8787/status")])
+    # Nobody answers there: that a page cannot be reached from here says nothing.
+    answers = iter([SimpleNamespace(dashboard_link="http://127.0.0.1:9/status")])
 
     @contextmanager
     def client_of(_scheduler):
@@ -114,6 +126,6 @@ def test_the_address_of_the_dashboard_is_reported(monkeypatch, capsys, tmp_path)
     arguments = ("--output", tmp_path / "s.zarr", "--scheduler", "tcp://127.0.0.1:1")
     status, out, err = run(capsys, "sweep", written(tmp_path, PLAIN), *arguments)
     assert (status, out) == (2, "") and err.splitlines() == [
-        "Dashboard: http://127.0.0.1:8787/status",
+        "Dashboard: http://127.0.0.1:9/status",
         "kerrcaustics: Argument --scheduler must answer.",
     ]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from kerrcaustics.choices import WaveMethod
+from kerrcaustics.choices import WaveMethod, number_suggestion
 from kerrcaustics.cli.app import app, with_examples
 from kerrcaustics.cli.endings import BadInput, stop
 from kerrcaustics.cli.options import (
@@ -109,7 +109,8 @@ def _frequencies(text: str) -> list[float]:
     try:
         low, *rest = [float(part) for part in text.split(":")]
     except ValueError:
-        raise BadInput(f"Argument --frequency must be a number or LOW:HIGH:COUNT, but is {text}.") from None
+        end = number_suggestion(text)
+        raise BadInput(f"Argument --frequency must be a number or LOW:HIGH:COUNT, but is {text}{end}") from None
     if not rest:
         return [low]
     count = int(rest[1]) if len(rest) > 1 else _COUNT

@@ -25,6 +25,7 @@ from kerrcaustics.cli.options import (
 from kerrcaustics.cli.outputs import check_ending, write_figure
 from kerrcaustics.cli.tables import rows_of, table_of
 from kerrcaustics.cli.terminal import (
+    has_ratio,
     index_counts,
     magnification_head,
     place_heads,
@@ -115,7 +116,7 @@ def _print_images(images: "StarImages", out: Console, scale: "PhysicalScale | No
         sky: "sky:+z.5f",
         place_heads(surface)[1]: "azimuth:z.3f",
         magnification_head(images): "magnification:.4g",
-        **({"ratio": "ratio:.4g"} if _has_ratio(images) else {}),
+        **({"ratio": "ratio:.4g"} if has_ratio(camera, surface) else {}),
         "cross\N{SOFT HYPHEN}ings": "crossings",
         "redshift": "redshift:.5f",
         "error": "error:.0e",
@@ -123,19 +124,14 @@ def _print_images(images: "StarImages", out: Console, scale: "PhysicalScale | No
     }
     out.print(table_of(rows, columns))
     say_all(out, images.remarks)
-    if _has_ratio(images):
+    if has_ratio(camera, surface):
         say(out, "ratio: solid angle of an image by that of the star without the hole")
     say(out, f"{index_counts(images.per_index)}: {verdict(images.certified)}; errors on the sky in {sky_unit}")
 
 
-def _has_ratio(images: "StarImages") -> bool:
-    """True for an observer who would see the star without the hole: at a finite radius, with stars at infinity."""
-    return images.camera.sky_unit != "rad" and math.isfinite(images.camera.radius) and not images.surface.finite
-
-
 def _ratios(images: "StarImages") -> list[float]:
     """The solid angle of each image by that of the star without the hole; NaN where the star would not be seen."""
-    if not _has_ratio(images):
+    if not has_ratio(images.camera, images.surface):
         return [math.nan] * len(images)
     radius = images.camera.radius
     # The screen is a stereographic projection: a solid angle there covers an area larger by this, in M^2.

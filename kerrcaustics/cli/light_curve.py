@@ -1,6 +1,7 @@
 """The command `light-curve`: the light of a spot on a circular orbit, or of a source on any orbit."""
 
 import math
+import os
 import time
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal
@@ -8,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from rich.console import Console
 
-from kerrcaustics.choices import SpotMotion
+from kerrcaustics.choices import SpotMotion, number_suggestion
 from kerrcaustics.cli.app import app, with_examples
 from kerrcaustics.cli.endings import BadInput, stop
 from kerrcaustics.cli.film import write_film
@@ -79,7 +80,8 @@ def light_curve(
         point: a star of luminosity 1 that shines equally in all directions. ball: the same, of the given --size. spot:
         a Gaussian spot in a disk, on a circular orbit. By default a spot if --orbit is a radius, else a point.
     during
-        First and last time of the camera, in units of the mass; by default one period of the orbit.
+        First and last time of the camera, in units of the mass, or with --mass in the unit of the figure, such as
+        minutes; by default one period of the orbit.
     times
         Number of times, evenly spaced over this interval.
     max_index
@@ -102,19 +104,22 @@ def light_curve(
     restart
         Discard the existing frames of an unfinished film and draw all of them again.
     table
-        Write all quantities as functions of time to this file: .csv or .fits.
+        Write all quantities as functions of time to this file: .csv or .fits. With --mass, times are in the unit of the
+        figure, and with --distance places on the sky in microarcseconds: names of columns end in the unit (time_min).
     save
-        Save everything to this file, which kerrcaustics.load reads.
+        Save everything to this file, which kerrcaustics.load reads, in units of the mass, as in the JSON.
     points
         Include flux, error, centroid and all other functions of time in the JSON.
     """
     common.check({"--figure": figure, "--film": film, "--table": table, "--save": save})
     check_ending(figure)
-    check_film(film)
+    check_film(film, restart=restart)
     check_table(table)
     common.check_points(points)
-    if during is not None and not during[0] < during[1]:
-        raise BadInput(f"Argument --during must be two times, the earlier first, but is {during[0]:g} {during[1]:g}.")
+    if during is not None and not -math.inf < during[0] < during[1] < math.inf:
+        raise BadInput(
+            f"Argument --during must be two finite times, the earlier first, but is {during[0]:g} {during[1]:g}."
+        )
     units, way = scaling.scale(camera), _orbit(orbit)
     if during is None and getattr(way, "period", orbit) is None:
         raise BadInput("Argument --during must be given, as this orbit has no period.")
@@ -128,14 +133,15 @@ def light_curve(
         from kerrcaustics.results import storage
         from kerrcaustics.results.records import record
 
-        clock: Any = times if during is None else np.linspace(*during, times)
+        each = 1.0 if units is None else units.time_unit[1]
+        clock: Any = times if during is None else np.linspace(*during, times) / each
         shining = _shining(kind, {"size": size, "crossings": crossings, "motion": motion, "power": power})
         light: Any = follow(viewer, way, clock, source=shining, max_index=max_index, progress=report)
         seconds = time.perf_counter() - began
         if save is not None:
             storage.save(save, light)
         if table is not None:
-            write_table(light, table)
+            write_table(light, table, scale=units)
         if figure is not None:
             report("drawing", 1.0)
             from kerrcaustics.draw.light_curves import light_curve_figure
@@ -144,7 +150,7 @@ def light_curve(
     if film is not None:
         from kerrcaustics.draw.spot_films import light_curve_film
 
-        write_film(film, lambda: light_curve_film(light), restart)
+        write_film(film, lambda: light_curve_film(light, scale=units), restart)
     common.write_result(record(light, camera=viewer, points=points), seconds, None)
     _print(light, common.console(), units)
     common.say_files(figure=figure, film=film, table=table, saved=save)
@@ -179,6 +185,8 @@ def _orbit(text: str) -> "float | Orbit":
         return float(text)
     except ValueError:
         from kerrcaustics.scene_files.orbit_file import read_orbit
+    if (end := number_suggestion(text)) != "." and not os.path.exists(text):
+        raise BadInput(f"Argument --orbit must be a radius or name a TOML file, but is {text}{end}")
     try:
         return read_orbit(text)
     except ValueError as error:
@@ -197,7 +205,7 @@ def _print(light: "LightCurve", out: Console, scale: "PhysicalScale | None") -> 
     of_spot = light.source == "spot"
     names = light.crossing if of_spot else light.index
     table = PlainTable(
-        ("crossing" if of_spot else "index", "of all light", "brightest", f"at time{head}", "from", "to")
+        ("crossing" if of_spot else "index", "of all light", "brightest", f"at time{head}", f"from{head}", f"to{head}")
     )
     for name, share, emitted in zip(names.tolist(), light.shares, light.emission_time, strict=True):
         seen = light.time[np.isfinite(emitted)] * each

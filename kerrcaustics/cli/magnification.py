@@ -2,10 +2,11 @@
 
 import math
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
+from kerrcaustics.choices import either, suggestion
 from kerrcaustics.cli.app import app, with_examples
 from kerrcaustics.cli.endings import BadInput, stop
 from kerrcaustics.cli.options import (
@@ -23,6 +24,7 @@ from kerrcaustics.cli.options import (
 from kerrcaustics.cli.outputs import check_ending, write_figure
 from kerrcaustics.cli.tables import PlainTable
 from kerrcaustics.cli.terminal import (
+    has_ratio,
     magnification_head,
     place_in_words,
     place_of,
@@ -35,6 +37,16 @@ from kerrcaustics.cli.terminal import (
 
 if TYPE_CHECKING:
     from kerrcaustics.extended_sources.magnification import Magnification
+
+# Brightness profiles by name, as they are given.
+_PROFILES = {
+    "uniform": "uniform",
+    "linear": "linear:u",
+    "quadratic": "quadratic:u1,u2",
+    "gaussian": "gaussian:width",
+}
+# Of a magnification and of its error.
+_FORMS = ".9g", ".0e"
 
 
 @app.command(
@@ -97,6 +109,7 @@ def magnification(
             check_degrees("--size", size, *extended.SIZES)
         shown = {"profile": shade, "max_index": max_index, "power": power, "end": end}
         result = extended.magnification(viewer, place, wide, **shown, progress=report)
+        ratios = _ratios(result, place, wide, shown)
         seconds = time.perf_counter() - began
         if save is not None:
             storage.save(save, result)
@@ -106,7 +119,7 @@ def magnification(
 
             write_figure(source_images_figure(result), figure)
     common.write_result(record(result, points=points), seconds)
-    _print(result, common.console())
+    _print(result, ratios, common.console())
     common.say_files(figure=figure, saved=save)
     if not result.certified:
         stop(1, "The magnification is not certified: see the remarks.")
@@ -114,27 +127,56 @@ def magnification(
 
 def _profile(text: str) -> str | tuple[str | float, ...]:
     """A profile of the command line: its name, and the coefficients after a colon."""
-    name, colon, rest = text.partition(":")
-    if not colon:
-        return name
+    name, _, rest = text.partition(":")
+    if name not in _PROFILES:
+        forms = either(list(_PROFILES.values()))
+        raise BadInput(f"Argument --profile must be {forms}, but is {text or 'empty'}{suggestion(name, _PROFILES)}")
+    form = _PROFILES[name]
     try:
-        return (name, *(float(part) for part in rest.split(",")))
+        numbers = [float(part) for part in text.split(":")[1].split(",")] if ":" in text else []
     except ValueError:
         raise BadInput(f"Argument --profile must have numbers after {name}:, but has {rest or 'none'}.") from None
+    if len(numbers) != len(form.replace(":", ",").split(",")) - 1:
+        raise BadInput(f"Argument --profile must be {form}, but is {text}.")
+    return (name, *numbers) if numbers else name
 
 
-def _print(result: "Magnification", out: Console) -> None:
+def _ratios(
+    result: "Magnification", place: tuple[float, float], wide: float, shown: dict[str, Any]
+) -> "Magnification | None":
+    """What a camera at the place of an observer sees, whose magnifications are ratios; None if there are none."""
+    viewer = result.camera
+    if not has_ratio(viewer, result.surface):
+        return None
+    from kerrcaustics.extended_sources.magnification import magnification as extended
+    from kerrcaustics.spacetime.camera import Camera
+
+    return extended(Camera(viewer.spin, viewer.radius, viewer.inclination, "fiducial"), place, wide, **shown)
+
+
+def _print(result: "Magnification", ratios: "Magnification | None", out: Console) -> None:
     surface = result.surface
     place = place_in_words(surface, result.source)
     size = f"{result.size:g} M" if surface.finite else f"{math.degrees(result.size):g} deg"
     say(out, f"{place_of(result.camera)}: a star of radius {size} at {place} on {surface.in_words()}, {result.profile}")
-    table = PlainTable(("index", magnification_head(result), "error"))
-    for index, share in result.per_index.items():
-        table.add_row(str(index), f"{share:.9g}", f"{result.per_index_error[index]:.0e}")
-    table.add_row(f"0 to {result.max_index}", f"{result.total:.9g}", f"{result.error:.0e}")
+    table = PlainTable(("index", magnification_head(result), "error", *(("ratio", "error of ratio") if ratios else ())))
+    columns = [_shares(each) for each in (result, ratios) if each is not None]
+    for index, *cells in zip([*result.per_index, f"0 to {result.max_index}"], *columns, strict=True):
+        table.add_row(
+            str(index), *(f"{number:{form}}" for cell in cells for number, form in zip(cell, _FORMS, strict=True))
+        )
     out.print(table)
     middle = ", ".join(f"{part:+.9f}" for part in result.centroid)
     axes = "N" if len(result.centroid) == 3 else "(alpha, beta)"
     say(out, f"centroid of the light: {axes} = ({middle}), error {result.centroid_error:.0e}")
     say_all(out, result.remarks)
+    if ratios is not None:
+        doubt = "" if ratios.certified else ", NOT certified"
+        say(out, f"ratio: light of the images by that of the star without the hole{doubt}")
     say(out, f"{len(result.images)} curves bound the images: {verdict(result.certified)}")
+
+
+def _shares(result: "Magnification") -> list[tuple[float, float]]:
+    """The share of each index, and the total, with their errors."""
+    shares = zip(result.per_index.values(), result.per_index_error.values(), strict=True)
+    return [*shares, (result.total, result.error)]

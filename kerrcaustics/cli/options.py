@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import cyclopts
 from rich.console import Console
 
-from kerrcaustics.choices import VelocityName, if_radians, place_if_radians
+from kerrcaustics.choices import VelocityName, if_radians, number_suggestion, place_if_radians
 from kerrcaustics.cli.endings import BadInput
 from kerrcaustics.cli.outputs import check_outputs, write_json
 from kerrcaustics.cli.terminal import console, note, one_line_errors, plain_errors, say
@@ -33,7 +33,10 @@ def _number(
         try:
             number = kind(text)
         except ValueError:
-            raise ValueError(f"must be {'a whole' if kind is int else 'a'} number, but is {text}.") from None
+            end = number_suggestion(text, kind=kind)
+            raise ValueError(
+                f"must be {'a whole' if kind is int else 'a'} number, but is {text or 'empty'}{end}"
+            ) from None
         if not least <= number <= most:
             raise ValueError(f"must {must or f'be a whole number from {least} to {most}'}, but is {number:.12g}.")
         return number
@@ -203,10 +206,10 @@ class ScaleOptions:
     Attributes
     ----------
     mass
-        Mass of the hole in solar masses: the table and the figure then give times in minutes (in seconds or days if one
-        M is much shorter or longer).
+        Mass of the hole in solar masses: tables, figures and films then give times in minutes (in seconds or days if
+        one M is much shorter or longer).
     distance
-        Distance of the observer in parsecs, with --mass and --observer or --radius inf: the table and the figure then
+        Distance of the observer in parsecs, with --mass and --observer or --radius inf: tables, figures and films then
         give places on the sky in microarcseconds.
     """
 
@@ -299,9 +302,11 @@ class WorkerOptions:
     scheduler: str | None = None
 
     def check(self) -> None:
-        """Refuse both."""
+        """Refuse both, and a number of processes below 1, before anything is read."""
         if self.workers is not None and self.scheduler is not None:
             raise BadInput("Arguments --workers and --scheduler: only one of them can be given.")
+        if self.workers is not None and self.workers < 1:
+            raise BadInput(f"Argument --workers must be 1 or more, but is {self.workers}.")
 
     def announce(self) -> None:
         """Say where the dashboard of the cluster is; refuse a scheduler that does not answer."""

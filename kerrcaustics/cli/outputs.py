@@ -79,9 +79,11 @@ def check_picture(output: Path) -> None:
     _check_ending("--output", output, *_PICTURE)
 
 
-def check_film(film: Path | None, argument: str = "--film") -> None:
-    """Refuse films of other formats, or that cannot be written here."""
+def check_film(film: Path | None, argument: str = "--film", restart: bool = False) -> None:
+    """Refuse films of other formats, or that cannot be written here; and to restart none."""
     _check_ending(argument, film, *_FILM)
+    if restart and film is None:
+        raise BadInput(f"Argument --restart must be used with {argument}.")
 
 
 def check_table(table: Path | None) -> None:
@@ -94,9 +96,9 @@ def check_page(page: Path | None, argument: str = "--page") -> None:
     _check_ending(argument, page, *_PAGE)
 
 
-def write_table(result: "RowTable", table: Path) -> None:
-    """Write a result in rows into a file whose ending was checked."""
-    (result.to_csv if table.suffix.lower() == ".csv" else result.to_fits)(table)
+def write_table(result: "RowTable", table: Path, **settings: Any) -> None:
+    """Write a result in rows into a file whose ending was checked; settings: of its methods."""
+    (result.to_csv if table.suffix.lower() == ".csv" else result.to_fits)(table, **settings)
 
 
 def _check_ending(argument: str, path: Path | None, endings: tuple[str, ...], between: str) -> None:

@@ -1,6 +1,7 @@
 """The command `render`."""
 
 import math
+import os
 from pathlib import Path
 from time import perf_counter as clock
 from typing import TYPE_CHECKING, Annotated, Any
@@ -122,7 +123,16 @@ def render(
 
 
 def _check_options(scene: Path, path: Path, preview: bool, resizing: SizeOptions) -> None:
-    """Refuse options that exclude each other, and a picture that cannot be written."""
+    """Refuse options that exclude each other, scenes that are no files, and a picture that cannot be written."""
+    from kerrcaustics.scene_files.templates import template_names
+
+    if not os.path.exists(scene) and str(scene) in template_names():
+        raise BadInput(
+            f"Argument SCENE must name a file, but {scene} is a template: kerrcaustics scene --template {scene} > "
+            f"{scene}.toml writes it to one."
+        )
+    if os.path.isdir(scene):
+        raise BadInput(f"Argument SCENE must name a file, but {scene} is a folder.")
     check_picture(path)
     resizing.check()
     if preview and resizing != AS_IT_IS:

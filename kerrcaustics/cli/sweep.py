@@ -3,7 +3,7 @@
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import cyclopts
 
@@ -51,7 +51,9 @@ def sweep(
         Retry the points that failed before.
     """
     if status is not None:
-        _print_status(file, output, status, common)
+        others = {"FILE": file, "--output": output, "--retry": retry or None, "--no-resume": None if resume else True}
+        others |= {f"--{name}": value for name, value in asdict(workers).items()}
+        _print_status(others, status, common)
         return
     if file is None:
         raise BadInput("Argument FILE must be given.")
@@ -87,9 +89,9 @@ def _write_failures(failures: tuple[str, ...]) -> None:
         sys.stderr.write(f"... and {more} more; open_sweep(STORE).reason has them all (docs/sweeps.md)\n")
 
 
-def _print_status(file: Path | None, output: Path | None, store: Path, common: CommonOptions) -> None:
-    """How far the sweep of a store is."""
-    for name, value in (("FILE", file), ("--output", output)):
+def _print_status(others: dict[str, Any], store: Path, common: CommonOptions) -> None:
+    """How far the sweep of a store is; others: arguments of a sweep that is made, None if they are not given."""
+    for name, value in others.items():
         if value is not None:
             raise BadInput(f"Argument {name} must not be used with --status.")
     common.check()

@@ -101,6 +101,11 @@ def magnification_head(result: Any) -> str:
     return f"magnifi\N{SOFT HYPHEN}cation ({unit})" if unit else "magnifi\N{SOFT HYPHEN}cation"
 
 
+def has_ratio(viewer: "Viewer", surface: "End") -> bool:
+    """True for an observer who would see the star without the hole: at a finite radius, with stars at infinity."""
+    return viewer.sky_unit != "rad" and math.isfinite(viewer.radius) and not surface.finite
+
+
 def index_counts(per_index: dict[int, int]) -> str:
     """The count of each index, in words."""
     return ", ".join(f"{count} of index {k}" for k, count in per_index.items())

@@ -70,7 +70,7 @@ def tracks(
     """
     common.check({"--figure": figure, "--film": film})
     check_ending(figure)
-    check_film(film)
+    check_film(film, restart=restart)
     argument, level = _level(star_theta, orbit, film, source)
     end, viewer = source.end(), camera.viewer(source.in_plane)
     if source.plane is None:

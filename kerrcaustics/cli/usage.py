@@ -6,7 +6,7 @@ from typing import Any, Literal, get_args, get_origin
 
 import cyclopts
 
-from kerrcaustics.choices import either, suggestion
+from kerrcaustics.choices import either, number_suggestion, suggestion
 
 _WORDS = {int: "a whole number", float: "a number", bool: "true or false"}
 
@@ -56,9 +56,22 @@ def _listed(names: list[str]) -> str:
 
 
 def _unknown_options(error: cyclopts.CycloptsError) -> list[str]:
-    """The options on the command line that the command does not have."""
-    words = [token.partition("=")[0] for token in error.root_input_tokens or () if token.startswith("--")]
-    return [word for word in dict.fromkeys(words) if len(word) > 2 and _is_unknown(error, word)]
+    """The options on the command line that the command does not have, also those with one hyphen, or none and a "="."""
+    words = []
+    for token in error.root_input_tokens or ():
+        word, sign, _ = token.partition("=")
+        without = sign and not word.startswith("-") and not _is_unknown(error, f"--{word}")
+        if without or (word.startswith("-") and len(word) > 2 and not _is_number(word)):
+            words.append(word)
+    return [word for word in dict.fromkeys(words) if _is_unknown(error, word)]
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
 
 
 def _missing(error: cyclopts.CycloptsError) -> list[str]:
@@ -77,7 +90,9 @@ def _no_value(error: Any) -> str:
     name = _name(argument)
     options = [token for token in error.root_input_tokens or () if token in argument.names]
     if error.tokens_so_far:
-        return f"Argument {name} must be {_values(argument)}, but is {' '.join(error.tokens_so_far)}."
+        given = " ".join(error.tokens_so_far)
+        end = number_suggestion(given, _count(argument)) if _takes_numbers(argument) else "."
+        return f"Argument {name} must be {_values(argument)}, but is {given}{end}"
     if options:
         return f"Argument {options[-1]} must be followed by {_values(argument)}."
     missing = list(dict.fromkeys([name, *_missing(error)]))
@@ -111,7 +126,10 @@ def _wrong_value(error: Any) -> str:
     value = token.value or _after_sign(error, token.keyword)
     if argument.hint is not error.target_type and _count(argument) > 1:
         must = _values(argument)
-    end = suggestion(value, map(str, get_args(error.target_type)))
+    if error.target_type in (int, float):
+        end = number_suggestion(value, kind=error.target_type)
+    else:
+        end = suggestion(value, map(str, get_args(error.target_type)))
     return f"Argument {token.keyword or _name(argument)} must be {must}, but is {value or 'empty'}{end}"
 
 
@@ -153,11 +171,21 @@ def _takes_text(argument: Any) -> bool:
 def _values(argument: Any) -> str:
     """The values of an argument, in words."""
     count = _count(argument)
-    kinds = [part for part in get_args(argument.hint) if part is not type(None)]
     if count > 1:
-        return f"{count} numbers" if set(kinds) <= {int, float} else f"{count} values"
+        return f"{count} numbers" if _takes_numbers(argument) else f"{count} values"
+    kinds = [part for part in get_args(argument.hint) if part is not type(None)]
     kind = kinds[0] if len(kinds) == 1 and get_origin(argument.hint) is not Literal else argument.hint
     return _choices(kind) or _WORDS.get(kind, "a value")
+
+
+def _takes_numbers(argument: Any) -> bool:
+    """True if all values of an argument are numbers."""
+
+    def single(kind: Any) -> set[Any]:
+        parts = get_args(kind)
+        return set().union(*map(single, parts)) if parts else {kind}
+
+    return single(argument.hint) - {type(None), Ellipsis, list, tuple} <= {int, float}
 
 
 def _choices(kind: Any) -> str:

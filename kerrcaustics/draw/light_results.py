@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 
 from kerrcaustics.draw.light_curves import show_flux, sky_area
 from kerrcaustics.draw.scenes import show_picture
-from kerrcaustics.draw.sky_axes import checked_scale
+from kerrcaustics.interop.physical_scale import checked_scale
 from kerrcaustics.light_curves.results import LightCurve
 from kerrcaustics.scenes.disk.profile import LineProfile
 from kerrcaustics.scenes.raster import Raster

@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 from kerrcaustics.curves.caustic import Caustic, CausticSet
 from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import whole_line
-from kerrcaustics.draw.sky_axes import draw_mark, is_shapeless
+from kerrcaustics.draw.sky_axes import draw_mark, is_shapeless, outside_on_two_lines
 
 _ROW_HEIGHT = 1.25
 # Part of the width of a page for the columns of order 1, 2, 3, ...
@@ -75,13 +75,14 @@ def multiples_figure(rows: Mapping[str, CausticSet], title: str) -> Figure:
     """
     orders = [caustic.order for caustic in next(iter(rows.values()))]
     with rc_context(style.RC):
-        figure = Figure(figsize=(style.PAGE_WIDTH, _ROW_HEIGHT * len(rows) + 0.7), layout="constrained")
+        figure = Figure(figsize=(style.PAGE_WIDTH, _ROW_HEIGHT * len(rows) + 0.85), layout="constrained")
         panels = figure.subplots(len(rows), len(orders), squeeze=False, width_ratios=_WIDTHS[: len(orders)])
         for column, order in enumerate(orders):
             row = [caustics[column] for caustics in rows.values()]
             (_own_scales if order == 1 else _common_scale)(list(panels[:, column]), row)
             panels[0, column].set_title(f"{style.order_name(order)} caustic")
-            panels[-1, column].set_xlabel("φ′ − middle (deg)" if order == 1 else "φ′ (deg)")
+            name = "φ′ − middle (deg)" if order == 1 else "φ′ (deg)"
+            panels[-1, column].set_xlabel(outside_on_two_lines(name))
             if order > 1:
                 for ax in panels[:, column]:
                     ax.set_ylabel("θ′ (deg)")

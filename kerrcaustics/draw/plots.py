@@ -30,6 +30,7 @@ from kerrcaustics.draw.sky_axes import (
     critical_line,
     draw_mark,
     is_shapeless,
+    outside_on_two_lines,
     seen_from_outside,
     unrolled_axes,
 )
@@ -185,7 +186,7 @@ def overview(caustics: CausticSet, edge: Float[Array, "n axes"]) -> Figure:
         drawn by `primary_zoom`, the others by `celestial_sphere`.
     """
     rows = _panel_rows(caustics)
-    heights = [3.1] + [1.9] * len(rows)
+    heights = [3.1] + [2.05] * len(rows)
     with rc_context(style.RC):
         figure = Figure(figsize=(style.PAGE_WIDTH, sum(heights) + 0.75), layout="constrained")
         grid = figure.add_gridspec(len(heights), 1, height_ratios=heights)
@@ -322,7 +323,8 @@ def _name_offsets(ax: Axes, centre: Float[Array, "2"], digits: int, width: float
         axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))
         axis.set_major_formatter(FuncFormatter(lambda x, _: f"{round(x / 10.0**power, 9) + 0.0:.4g}".replace("-", "−")))
         shift = np.format_float_positional(abs(value), precision=digits, trim="-")
-        axis.set_label_text(f"{name} {'+' if value < 0 else '−'} {shift} ({unit})")
+        label = f"{name} {'+' if value < 0 else '−'} {shift} ({unit})"
+        axis.set_label_text(outside_on_two_lines(label) if axis is ax.xaxis else label)
 
 
 def _frame(ax: Axes, points: Float[Array, "n 2"], shrink: float, wide: float) -> None:

@@ -63,13 +63,6 @@ def name_sky_axes(ax: Axes, unit: str = "rad", scale: PhysicalScale | None = Non
     return ax
 
 
-def checked_scale(scale: object) -> PhysicalScale | None:
-    """The argument `scale` of a plot; raise ValueError unless it is a PhysicalScale or None."""
-    if scale is None or isinstance(scale, PhysicalScale):
-        return scale
-    raise ValueError(f"Argument `scale` must be a PhysicalScale, but is {type(scale).__name__}.")
-
-
 def sky_length(viewer: Viewer, scale: PhysicalScale | None = None) -> tuple[str, float]:
     """Unit of lengths on pictures of a viewer's sky, as `name_sky_axes` has it, and what is drawn as 1 in it."""
     if viewer.sky_unit == "rad":
@@ -105,6 +98,11 @@ def unrolled_axes(ax: Axes, unit: str = "rad") -> Axes:
 def seen_from_outside(name: str = _SPHERE_NAME) -> str:
     """The name of an axis of phi' that grows to the right: the camera, which is inside, sees it grow to the left."""
     return f"{name}, seen from outside"
+
+
+def outside_on_two_lines(name: str) -> str:
+    """The same for a narrow panel."""
+    return seen_from_outside(name).replace(", ", ",\n")
 
 
 def celestial_sphere_axes(ax: Axes, name: str = _SPHERE_NAME, step: float = 30, middle: float = 0.0) -> Axes:

@@ -22,7 +22,6 @@ from kerrcaustics.draw.plots import celestial_sphere, is_small, primary_zoom
 from kerrcaustics.draw.projection import about_shadow, azimuthal_equidistant, broken, whole_line
 from kerrcaustics.draw.sky_axes import (
     caustics_on_sphere,
-    checked_scale,
     draw_from_above,
     draw_places,
     draw_totals,
@@ -37,6 +36,7 @@ from kerrcaustics.draw.titles import viewer_in_words
 from kerrcaustics.draw.tracks import stretches, tracks_legend, tracks_on_sky
 from kerrcaustics.images.counts import CountMap, ImageCounts
 from kerrcaustics.images.images import StarImages
+from kerrcaustics.interop.physical_scale import checked_scale
 from kerrcaustics.light_curves.results import SourceEvent, SpotEvent
 from kerrcaustics.scenes.footprint import Footprint
 from kerrcaustics.scenes.raster import Raster

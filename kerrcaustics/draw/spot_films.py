@@ -12,6 +12,7 @@ from kerrcaustics.draw.films import Backdrop, Film, blank_frame, camera_settings
 from kerrcaustics.draw.light_curves import ORBIT_POINTS, show_flux, show_images
 from kerrcaustics.draw.projection import about_shadow
 from kerrcaustics.draw.titles import viewer_in_words
+from kerrcaustics.interop.physical_scale import PhysicalScale
 from kerrcaustics.light_curves.results import LightCurve
 from kerrcaustics.shapes import Float, UInt8
 from kerrcaustics.spacetime.checks import whole_number
@@ -31,9 +32,10 @@ class SpotFrames:
     centroid; those on the curves are the flux at that moment, of each crossing and of all.
     """
 
-    def __init__(self, light: LightCurve, frames: int) -> None:
-        """Find the images of the orbit of a spot."""
-        self.light = light
+    def __init__(self, light: LightCurve, frames: int, scale: PhysicalScale | None = None) -> None:
+        """Find the images of the orbit of a spot; scale: of the axes, as `light_curve_figure` takes it."""
+        self.light, self._scale = light, scale
+        self._each = 1.0 if scale is None else scale.time_unit[1]
         self.times = light.time.min() + light.period * np.arange(frames) / frames
         self._orbital = float(EMITTERS[light.motion](light.camera.spin, light.radius, 0.0).orbital)
         curves = isoradials(light.camera, [light.radius], len(light.shares), ORBIT_POINTS, light.motion, time=True)
@@ -52,7 +54,7 @@ class SpotFrames:
             colours = ["black", *(colour(n) for n in range(1, len(light.shares) + 1))]
             mark = {"marker": "o", "linestyle": "none", "markeredgecolor": "white", "zorder": 5}
             self._marks = [self.axes[1].plot([], [], color=colour, **mark)[0] for colour in colours]
-            self._now = self.axes[1].axvline(self.times[0], color="0.5", linewidth=0.8, zorder=0.5)
+            self._now = self.axes[1].axvline(self.times[0] * self._each, color="0.5", linewidth=0.8, zorder=0.5)
             self._centre = self.axes[0].plot([], [], color="0.4", **mark)[0]
             self._backdrop = Backdrop(self.figure, [*self._spots.values(), *self._marks, self._now, self._centre])
 
@@ -61,9 +63,9 @@ class SpotFrames:
         with rc_context(style.FILM_RC):
             now = float(self.times[number])
             time, values = self._curves
-            self._now.set_xdata([now, now])
+            self._now.set_xdata([now * self._each] * 2)
             for mark, value in zip(self._marks, values, strict=True):
-                mark.set_data([now], [np.interp(now, time, value, period=self.light.period)])
+                mark.set_data([now * self._each], [np.interp(now, time, value, period=self.light.period)])
             way = (np.interp(now, time, part, period=self.light.period) for part in self._way.T)
             self._centre.set_data(*([part] for part in way))
             for crossing, (places, bright) in self.images(now).items():
@@ -85,9 +87,9 @@ class SpotFrames:
 
     def _panels(self) -> tuple[Axes, Axes]:
         left, right = self.figure.subplots(1, 2, width_ratios=[1, 1.25])
-        show_images(left, self.light)
+        show_images(left, self.light, self._scale)
         left.set_title("where the spot is seen; grey: the centroid")
-        show_flux(right, self.light)
+        show_flux(right, self.light, self._scale)
         right.set_title(f"its light; orbit at r = {self.light.radius:g}")
         self.figure.suptitle(viewer_in_words(self.light.camera))
         return left, right
@@ -112,7 +114,9 @@ def _ring(
     return about_shadow(light.camera, sky), phase, curve.redshift**light.power * curve.width * step
 
 
-def light_curve_film(light: LightCurve, frames: int = 240, rate: int = 24) -> Film:
+def light_curve_film(
+    light: LightCurve, frames: int = 240, rate: int = 24, *, scale: PhysicalScale | None = None
+) -> Film:
     """The film of one orbit of a spot.
 
     Parameters
@@ -121,6 +125,8 @@ def light_curve_film(light: LightCurve, frames: int = 240, rate: int = 24) -> Fi
         Of a spot, at times all over one orbit: `light_curve(camera, orbit, 400)`.
     frames, rate : int
         How many, and how many a second.
+    scale : PhysicalScale, optional
+        Of the axes, as `light_curve_figure` takes it.
     """
     if light.source != "spot":
         raise ValueError(f"Argument `light` must be the light curve of a spot, but is that of a {light.source}.")
@@ -133,5 +139,6 @@ def light_curve_film(light: LightCurve, frames: int = 240, rate: int = 24) -> Fi
         "power": light.power,
         "times": len(light.time),
         "motion": light.motion,
+        **({} if scale is None else {"mass": scale.mass, "distance": scale.distance}),
     }
-    return Film("light_curve", settings, frames, rate, SpotFrames(light, frames).frame)
+    return Film("light_curve", settings, frames, rate, SpotFrames(light, frames, scale).frame)

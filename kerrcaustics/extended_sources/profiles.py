@@ -115,7 +115,8 @@ def checked_profile(profile: Profile) -> Brightness:
     ):
         width = f"a width from {_NARROWEST} to {_WIDEST:g} radii of the source"
         what = width if name == "gaussian" else f"{count} finite coefficients"
-        raise ValueError(f'Argument `profile` must have {what} after "{name}", but is {quoted(profile)}.')
+        has = ", ".join(f"{value:.12g}" for value in values.ravel()) or "none"
+        raise ValueError(f'Argument `profile` must have {what} after "{name}", but has {has}.')
     return _of_function(" ".join([name, *(f"{value:.12g}" for value in values)]), make(*values.tolist()))
 
 

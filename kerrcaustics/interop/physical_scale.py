@@ -21,6 +21,8 @@ SOLAR_MASS_PARAMETER = 1.3271244e20
 ASTRONOMICAL_UNIT = 149597870700.0
 PARSEC = 648000 / math.pi * ASTRONOMICAL_UNIT
 
+# The largest mass and distance, and the inverse of the smallest: one M is then a number in all units.
+_LARGEST = 1e100
 _MICROARCSECOND = math.pi / 648000e6
 # Units of times, each for one M of a tenth of it or more, in seconds.
 _TIMES = ("d", 86400.0), ("min", 60.0), ("s", 1.0), ("ms", 1e-3)
@@ -103,6 +105,13 @@ class PhysicalScale:
         return needed("astro", "astropy.units").Quantity(numbers("values", values) * getattr(self, name), unit)
 
 
+def checked_scale(scale: object) -> PhysicalScale | None:
+    """The argument `scale` of a plot or a table; raise ValueError unless it is a PhysicalScale or None."""
+    if scale is None or isinstance(scale, PhysicalScale):
+        return scale
+    raise ValueError(f"Argument `scale` must be a PhysicalScale, but is {type(scale).__name__}.")
+
+
 def _positive(name: str, value: Any, unit: str, units: str) -> float:
     """The argument `name` as a number in this unit."""
     try:
@@ -114,4 +123,8 @@ def _positive(name: str, value: Any, unit: str, units: str) -> float:
     if not (math.isfinite(number) and number > 0):
         text = str(value) if hasattr(value, "to_value") else quoted(value)
         raise ValueError(f"Argument `{name}` must be a positive, finite number of {units}, but is {text}.")
+    if not 1 / _LARGEST <= number <= _LARGEST:
+        raise ValueError(
+            f"Argument `{name}` must lie in [{1 / _LARGEST:g}, {_LARGEST:g}] {units}, but is {quoted(number)}."
+        )
     return number

@@ -10,6 +10,7 @@ import numpy as np
 
 from kerrcaustics.extras import needed
 from kerrcaustics.files import check_name, writing
+from kerrcaustics.interop.physical_scale import PhysicalScale, checked_scale
 from kerrcaustics.interop.plate_carree import write_units
 from kerrcaustics.results.declared import Quantity, quantities
 from kerrcaustics.results.shown import Shown
@@ -20,18 +21,27 @@ Array = np.ndarray
 
 
 class Column(NamedTuple):
-    """A column of a table: its text, its unit and its values (rows,)."""
+    """A column of a table."""
 
     text: str
+    """The description."""
     unit: str
+    """As quantities declare it."""
     values: Array
+    """(rows, dims)."""
+    on_screen: bool = False
+    """True for lengths on the screen of an Observer."""
+
+    def comment(self) -> str:
+        """The description, and the unit in which the values are."""
+        return f"{self.text} [{self.unit}]" if self.unit not in ("", "1") else self.text
 
 
 Columns = dict[str, Column]
 """Columns by name."""
 
-# Units in geometric units, such as M, have no name in FITS: they are in the comments only.
-_FITS_UNITS = ("rad", "sr")
+# Other units, such as M and microarcseconds, have no name in FITS: they are in the comments only.
+_FITS_UNITS = ("rad", "sr", "d", "min", "s", "ms")
 # Names of the parts of a place on the sky, by their number.
 _AXES = {2: ("alpha", "beta"), 3: ("x", "y", "z")}
 
@@ -49,30 +59,34 @@ class RowTable(Shown):
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Write the quantities of each row as CSV: a line of names, then a line for each row, with all digits."""
-        check_name(path)
-        columns = next(iter(self._tables().values()))
-        text = io.StringIO()
-        table = csv.writer(text, lineterminator="\n")
-        table.writerow(columns)
-        table.writerows(zip(*(column.values.tolist() for column in columns.values()), strict=True))
-        with writing(path) as file:
-            file.write(text.getvalue().encode())
+        _write_csv(path, self._tables())
 
     def to_fits(self, path: str | os.PathLike[str]) -> None:
         """Write two tables: LIGHT or WAVES, a row for each time or frequency, and EVENTS or IMAGES. Needs astropy.
 
         TCOMM of a column has its text and unit, TUNIT the unit of angles; the card VIEWER is the viewer as JSON.
         """
-        fits = needed("astro", "astropy.io.fits")
-        tables = [_table(fits, name, columns) for name, columns in self._tables().items()]
-        result: Any = self
-        tables[0].header["VIEWER"] = as_json(result.camera)
-        tables[0].header["CERTIF"] = result.certified
-        write_units(path, [fits.PrimaryHDU(), *tables])
+        _write_fits(path, self, self._tables())
 
 
 class TimeTable(RowTable):
-    """A result over time, with events."""
+    """A result over time, with events.
+
+    `scale`, a `PhysicalScale`, converts times to its `time_unit` and, if it has a distance, places on the screen of an
+    Observer to microarcseconds: names then end in the unit, as `time_min` and `centroid_alpha_uas` do.
+    """
+
+    def to_csv(self, path: str | os.PathLike[str], scale: PhysicalScale | None = None) -> None:
+        """Write the quantities at each time as CSV: a line of names, then a line for each time, with all digits."""
+        _write_csv(path, _in_units_of(checked_scale(scale), self._tables()))
+
+    def to_fits(self, path: str | os.PathLike[str], scale: PhysicalScale | None = None) -> None:
+        """Write two tables: LIGHT, a row for each time, and EVENTS. Needs astropy.
+
+        TCOMM of a column has its text and unit, TUNIT the unit of angles, and with a scale of times; the card VIEWER is
+        the viewer as JSON.
+        """
+        _write_fits(path, self, _in_units_of(checked_scale(scale), self._tables()))
 
     def _tables(self) -> dict[str, Columns]:
         result: Any = self
@@ -84,6 +98,44 @@ class FrequencyTable(RowTable):
 
     def _tables(self) -> dict[str, Columns]:
         return {"WAVES": _columns(self, "wave"), "IMAGES": _columns(self, "image")}
+
+
+def _write_csv(path: str | os.PathLike[str], tables: dict[str, Columns]) -> None:
+    """The main table as text."""
+    check_name(path)
+    columns = next(iter(tables.values()))
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(columns)
+    table.writerows(zip(*(column.values.tolist() for column in columns.values()), strict=True))
+    with writing(path) as file:
+        file.write(text.getvalue().encode())
+
+
+def _write_fits(path: str | os.PathLike[str], result: Any, tables: dict[str, Columns]) -> None:
+    """All tables of a result, after an empty unit."""
+    fits = needed("astro", "astropy.io.fits")
+    units = [_table(fits, name, columns) for name, columns in tables.items()]
+    units[0].header["VIEWER"] = as_json(result.camera)
+    units[0].header["CERTIF"] = result.certified
+    write_units(path, [fits.PrimaryHDU(), *units])
+
+
+def _in_units_of(scale: PhysicalScale | None, tables: dict[str, Columns]) -> dict[str, Columns]:
+    """Tables with times, and places on a screen if the scale has a distance, in physical units, which names end in."""
+    if scale is None:
+        return tables
+
+    def converted(name: str, column: Column) -> tuple[str, Column]:
+        if column.unit == "GM/c^3":
+            unit, each = scale.time_unit
+        elif column.on_screen and scale.distance is not None:
+            unit, each = "uas", scale.microarcseconds
+        else:
+            return name, column
+        return f"{name}_{unit}", column._replace(unit=unit, values=column.values * each)
+
+    return {table: dict(converted(*item) for item in columns.items()) for table, columns in tables.items()}
 
 
 def _columns(result: Any, rows: str, count: int | None = None) -> Columns:
@@ -128,8 +180,8 @@ def _flat(name: str, dims: tuple[str, ...], column: Column) -> Columns:
 
 def _column(result: Any, about: Quantity, values: Array) -> Column:
     """Values with the declaration of their quantity."""
-    unit = as_in(result, about).unit
-    return Column(f"{about.text} [{unit}]" if unit not in ("", "1") else about.text, unit, values)
+    on_sky = about.unit == "sky" or "axis" in about.dims
+    return Column(about.text, as_in(result, about).unit, values, on_sky and result.camera.sky_unit != "rad")
 
 
 def _table(fits: Any, table_name: str, columns: Columns) -> Any:
@@ -146,5 +198,5 @@ def _table(fits: Any, table_name: str, columns: Columns) -> Any:
     ]
     table = fits.BinTableHDU.from_columns(cells, name=table_name)
     for k, column in enumerate(columns.values(), start=1):
-        table.header[f"TCOMM{k}"] = column.text
+        table.header[f"TCOMM{k}"] = column.comment()
     return table

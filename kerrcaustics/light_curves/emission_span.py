@@ -100,7 +100,7 @@ def _begins(source: Source, orbit: Orbit, emitted: float, time: float, ahead: fl
             f"Argument `orbit` must stay outside the hole within `times`, but the light that arrives at t = {time:.6g} "
             f"left it before r = {radius:.4g}, as it came from the horizon: give later times."
         )
-    return ahead >= 0 and (from_horizon or emitted == source.motion.span[0])
+    return bool(ahead >= 0 and (from_horizon or emitted == source.motion.span[0]))
 
 
 def _check_off_axis(camera: Viewer, motion: BodyMotion, known: tuple[float, float], size: float) -> None:

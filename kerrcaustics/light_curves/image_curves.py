@@ -25,6 +25,8 @@ Array = np.ndarray
 _SAME = 1e-8
 # The same in their errors.
 _SAME_ERRORS = 30.0
+# Angle from the equatorial plane, radians, below which a source lies in it.
+_IN_PLANE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,6 +154,7 @@ def _links(source: Source, moments: list[SearchedMoment], max_index: int, remark
     """All curves between the moments: forward from all images, then backward from those that were not reached."""
     ways: list[_Link] = []
     reached: set[Key] = set()
+    stops: list[tuple[int, float]] = []
     for sense in (1.0, -1.0):
         side = "after" if sense > 0 else "before"
         at = range(len(moments) - 1) if sense > 0 else range(1, len(moments))
@@ -169,7 +172,7 @@ def _links(source: Source, moments: list[SearchedMoment], max_index: int, remark
             reached.add(key)
             index = int(moments[j].images.index[i])
             if not way.landed:
-                remarks.append(f"an image of index {index} cannot be followed on from t = {way.points.time[-1]:.6g}")
+                stops.append((index, float(way.points.time[-1])))
                 continue
             last = way.points[-1:]
             middle = (moments[gap].time + moments[gap + 1].time) / 2
@@ -184,7 +187,22 @@ def _links(source: Source, moments: list[SearchedMoment], max_index: int, remark
                 remarks.append(f"two images of index {last.index[0]} come to one at t = {moments[end].time:.6g}")
             reached.add(stop)
             ways.append(_Link(way.points, key, stop))
+    remarks += _remarks_on_stops(source, stops)
     return ways
+
+
+def _remarks_on_stops(source: Source, stops: list[tuple[int, float]]) -> list[str]:
+    """Remarks on images, by index and emission time, that cannot be followed on."""
+    if not stops:
+        return []
+    theta = source.motion.places(np.array([time for _, time in stops])).angles[:, 0]
+    if source.searched.viewer.on_equator and (np.abs(theta - math.pi / 2) < _IN_PLANE).all():
+        return [
+            "viewer and source lie in the equatorial plane: there the source passes through cusps of caustics, where "
+            f"one image becomes three, and images cannot be followed on ({len(stops)} times); incline the viewer by "
+            "89.9999 degrees instead of 90"
+        ]
+    return [f"an image of index {index} cannot be followed on from t = {time:.6g}" for index, time in stops]
 
 
 @dataclass(frozen=True)

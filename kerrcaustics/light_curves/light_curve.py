@@ -52,7 +52,8 @@ def light_curve(
     ----------
     camera : Camera or Observer
         At rest in Boyer-Lindquist coordinates, or otherwise fixed at its place for that time; for a spot, off the
-        equatorial plane.
+        equatorial plane. If it lies exactly in that plane, and so does the orbit, images are not followed through cusps
+        of caustics, and the light is not certified: an inclination that differs by 1e-10 is enough.
     orbit : float, Orbit or function
         A radius: a circle in the equatorial plane. For a point or a ball also an `Orbit`, or a function of the
         coordinate time that returns (r, theta, phi).

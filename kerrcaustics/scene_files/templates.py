@@ -7,8 +7,12 @@ _FOLDER = Path(__file__).parent / "templates"
 
 def first_lines() -> dict[str, str]:
     """The first lines of the templates, which are comments, by their names."""
-    names = sorted(path.stem for path in _FOLDER.glob("*.toml"))
-    return {name: template_text(name).partition("\n")[0].lstrip("# ") for name in names}
+    return {name: template_text(name).partition("\n")[0].lstrip("# ") for name in template_names()}
+
+
+def template_names() -> list[str]:
+    """Names of all templates."""
+    return sorted(path.stem for path in _FOLDER.glob("*.toml"))
 
 
 def template_path(name: str) -> Path:

@@ -3,11 +3,15 @@
 import re
 from collections.abc import Callable
 from functools import partial
+from http import HTTPStatus
 
 from kerrcaustics.workers.worker_failures import Compute, Finished, Job, WorkerFailures
 
 # Addresses of schedulers; Dask waits for ever for an invalid one.
 _ADDRESS = re.compile(r"(inproc://.+|((tcp|tls|ucx|ws|wss)://)?(\[[0-9a-fA-F:.]+\]|[\w.-]+):(\d{1,5}))")
+
+# Seconds within which the page of the dashboard must answer.
+_PAGE_ANSWER = 2.0
 
 Run = Callable[[Compute, list[Job], WorkerFailures], Finished]
 
@@ -38,9 +42,26 @@ def dashboard_of(scheduler: str) -> str | None:
 
     with client_of(scheduler) as client:
         try:
-            return client.dashboard_link
+            link = client.dashboard_link
         except KeyError:
             return None
+        return None if link is None or _is_missing(link) else link
+
+
+def _is_missing(link: str) -> bool:
+    """True if the scheduler says that it has no such page: Dask names one even if the dashboard is switched off."""
+    from urllib.error import HTTPError
+    from urllib.request import ProxyHandler, build_opener
+
+    try:
+        # Proxies of the environment lead elsewhere.
+        build_opener(ProxyHandler({})).open(link, timeout=_PAGE_ANSWER).close()
+    except HTTPError as error:
+        return error.code == HTTPStatus.NOT_FOUND
+    except (OSError, ValueError):
+        # Other machines may reach it.
+        return False
+    return False
 
 
 def place(workers: int | None, scheduler: str | None, here: Run) -> Run:
