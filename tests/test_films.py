@@ -191,7 +191,8 @@ def test_the_time_left_is_within_a_third_of_the_true_one(tmp_path, monkeypatch, 
     assert 2 * workers <= sum(0 < end - true < now + 1e-6 for _, true in times) <= 3 * workers
     places = f" on {workers} processes" if workers > 1 else ""
     assert line.startswith("About ") and f" a frame; 120 frames{places}: " in line
-    assert len([none for none, _ in times if none is None]) <= 2 * workers + 2
+    # At the end, when the last round is overdue, nothing is said.
+    assert len([none for none, true in times if none is None and true > 10]) <= 2 * workers + 2
     known = [(left, true) for left, true in times[8 * workers :] if true > 30]
     assert len(known) > 60 and all(2 / 3 < left / true < 4 / 3 for left, true in known)
     assert 2 / 3 < left / (end - now) < 4 / 3

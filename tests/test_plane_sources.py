@@ -97,7 +97,7 @@ def test_the_figure_of_a_circle_shows_what_there_is():
     sky, light = figure.axes
     assert figure.get_suptitle().startswith("star at r = 6 on crossing 1 of the equatorial plane\nspin 0.9")
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["index 0"]
-    assert (sky.get_title(), light.get_ylabel()) == ("tracks, camera sky", "magnification (1/M²)")
+    assert (sky.get_title(), light.get_ylabel()) == ("tracks, camera sky", "magnification (sr/M²)")
     # Close about the hole, which is small on this sky: no half of it is shown.
     assert np.abs(sky.lines[0].get_xydata()).max() < sky.get_xlim()[1] < 90
 

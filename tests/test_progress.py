@@ -212,8 +212,8 @@ def test_no_time_is_said_to_be_left_while_the_last_step_is_overdue():
         estimate.note(10.0 * now, now / 8)
     assert estimate.seconds_left(50.0) == pytest.approx(30.0)
     assert estimate.seconds_left(57.0) == pytest.approx(23.0)
-    # A step that takes twice as long as the others: the two after it will do so too.
-    assert estimate.seconds_left(70.0) == pytest.approx(40.0)
+    # A step that takes twice as long as the others: the time of the two after it is left.
+    assert estimate.seconds_left(70.0) == pytest.approx(20.0)
     estimate.note(80.0, 7 / 8)
     assert estimate.seconds_left(1000.0) is None
 

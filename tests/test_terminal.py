@@ -198,9 +198,13 @@ LATER = [
 INTERRUPTED = f"kerrcaustics: Interrupted: {NOTHING_LEFT}\n"
 
 
-def program(folder, how):
+IMAGES = ("images", "--spin", "0.5", "--radius", "6", "--star", "80", "10")
+# It takes longer than half a second anywhere.
+LONG = ("counts", "--spin", "0.999", "--radius", "2.6", "--map", "--rows", "720", "--max-index", "3")
+
+
+def program(folder, how, arguments=IMAGES):
     """The command line as users start it: as a module, or as the script that pip writes."""
-    arguments = ["images", "--spin", "0.5", "--radius", "6", "--star", "80", "10"]
     if how == "module":
         return [sys.executable, "-m", "kerrcaustics", *arguments]
     script = folder / "kerrcaustics"
@@ -248,7 +252,7 @@ class Interrupt:
             signal.setitimer(signal.ITIMER_REAL, {delay + 1e-6})
 sys.meta_path.insert(0, Interrupt)
 """)
-        done = subprocess.run(program(tmp_path, how), capture_output=True, text=True, env=env)
+        done = subprocess.run(program(tmp_path, how, LONG), capture_output=True, text=True, env=env)
         assert (done.returncode, done.stdout, done.stderr) == (130, "", INTERRUPTED), delay
 
 

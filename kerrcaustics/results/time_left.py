@@ -37,13 +37,13 @@ class TimeLeft:
     def seconds_left(self, now: float) -> float | None:
         """Seconds left at a moment; None before two rounds of steps are done, and if the last one is overdue.
 
-        If the present round takes longer than those before, so do those to come.
+        While the present round takes longer than those before, the time of those to come is left.
         """
         whole, last = self.seconds_in_all(), self._last_of_round()
         if whole is None or last is None:
             return None
         since, part = now - last[0], last[1] - self._marks[(self.rounds - 1) * self._at_once - 1][1]
-        left = max(whole, since / part) * (1 - last[1]) - since
+        left = whole * (1 - last[1]) - min(since, whole * part)
         return left if left > _SOON else None
 
     @property
