@@ -33,14 +33,17 @@ from kerrcaustics.beams.kernels.library import (
     library_name,
 )
 
-# Without contraction, and with functions of our own, every machine computes the same bits.
-_FLAGS = (
+FLAGS = (
     *("-std=c++17", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"),
     *("-fno-sanitize=undefined", "-fPIC", "-nostdlib", "-g0"),
 )
+"""Without contraction, and with functions of our own, every machine computes the same bits."""
+
 # Texts in C++ beside those that are made: headers of all of these, and others; the rooms whose modules are sources.
 _HEADERS, _TABLES = ("lanes.h", "functions.h", "coefficients.h"), "tables.h"
 _TEXTS = (*_HEADERS, _TABLES, "processor.cc")
+# What reads kernels, and what makes those of browsers alone, is no source of the native ones.
+_NO_SOURCES = (".kernels.library", ".kernels.webassembly")
 _ROOMS = ("kerrcaustics.beams.", "kerrcaustics.spacetime.", "kerrcaustics.lens_map.newton_")
 # Objects as they were compiled are kept here, in a checkout.
 _KEPT = ROOM.parents[2] / "build" / "kernels"
@@ -147,8 +150,8 @@ def build_all(
 
     name = name or platform_here()
     levels, names = levels or levels_for(name), chosen or [*programs()]
-    sources = _sources()
-    made_of = digest(sources)
+    files = sources()
+    made_of = digest(files)
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     if _is_chosen_at_run_time(name):
@@ -159,12 +162,12 @@ def build_all(
     for level in levels:
         library = folder / library_name(level, PLATFORMS[name].system)
         objects = [parts[program][1][level] for program in names]
-        _run([*_compiler(name, level), "-shared", "-nostdlib", *objects, "-o", library])
-    about = {"digest": made_of, "sources": sources, "kernels": {program: parts[program][0] for program in names}}
+        run([*_compiler(name, level), "-shared", "-nostdlib", *objects, "-o", library])
+    about = {"digest": made_of, "sources": files, "kernels": {program: parts[program][0] for program in names}}
     (folder / CATALOGUE).write_text(json.dumps(about), encoding="utf-8")
 
 
-def _sources() -> list[str]:
+def sources() -> list[str]:
     """The files from which kernels are made: all that the programs and the generator import of the engine."""
     from kerrcaustics.beams.kernels import divisions, emission, lowering, programs
 
@@ -173,7 +176,7 @@ def _sources() -> list[str]:
     files += [
         Path(str(module.__file__))
         for name, module in sys.modules.items()
-        if name.startswith(_ROOMS) and name != "kerrcaustics.beams.kernels.library" and module.__file__
+        if name.startswith(_ROOMS) and not name.endswith(_NO_SOURCES) and module.__file__
     ]
     files += [Path(__file__), *(ROOM / name for name in _TEXTS)]
     return sorted({path.relative_to(package).as_posix() for path in files})
@@ -185,30 +188,35 @@ def _build_processor(folder: Path, name: str) -> None:
 
 def build_library(text: Path, library: Path, name: str, level: str, lanes: int = 1) -> None:
     """A library of one text in C++, for one instruction set of a platform."""
-    _run([*_compiler(name, level), *_FLAGS, f"-DW={lanes}", f"-I{ROOM}", "-shared", text, "-o", library])
+    run([*_compiler(name, level), *FLAGS, f"-DW={lanes}", f"-I{ROOM}", "-shared", text, "-o", library])
 
 
 def _built(program: str, *, levels: Sequence[str], name: str) -> tuple[dict[str, Any], dict[str, str]]:
     """The description of a program, and its objects."""
     text, about, has_loops = source_of(program)
-    included = (*_HEADERS, _TABLES) if _TABLES in text else _HEADERS
-    headers = "".join((ROOM / file).read_text(encoding="utf-8") for file in included)
-    _KEPT.mkdir(parents=True, exist_ok=True)
     objects = {}
     for level in levels:
         lanes = LEVELS[level].in_loops if has_loops else LEVELS[level].lanes
-        command = [*_compiler(name, level), *_FLAGS, f"-DW={lanes}", f"-I{ROOM}", "-c"]
-        made_of = hashlib.sha256("\0".join([text, headers, *map(str, command)]).encode()).hexdigest()[:24]
-        kept = _KEPT / f"{program}-{level}-{made_of}.o"
-        if not kept.exists():
-            for old in _KEPT.glob(f"{program}-{level}-*.o"):
-                old.unlink(missing_ok=True)
-            code, part = _KEPT / f"{program}-{level}.cc", _KEPT / f"{program}-{level}-{os.getpid()}.part.o"
-            code.write_text(text, encoding="utf-8")
-            _run([*command, code, "-o", part])
-            part.replace(kept)
-        objects[level] = str(kept)
+        objects[level] = kept_object(program, level, text, [*_compiler(name, level), *FLAGS, f"-DW={lanes}"])
     return about, objects
+
+
+def kept_object(program: str, level: str, text: str, compiler: Sequence[Any]) -> str:
+    """The object of a program's text: the kept one, if text, headers and command are those of then; else compiled."""
+    included = (*_HEADERS, _TABLES) if _TABLES in text else _HEADERS
+    headers = "".join((ROOM / file).read_text(encoding="utf-8") for file in included)
+    command = [*compiler, f"-I{ROOM}", "-c"]
+    made_of = hashlib.sha256("\0".join([text, headers, *map(str, command)]).encode()).hexdigest()[:24]
+    kept = _KEPT / f"{program}-{level}-{made_of}.o"
+    if not kept.exists():
+        _KEPT.mkdir(parents=True, exist_ok=True)
+        for old in _KEPT.glob(f"{program}-{level}-*.o"):
+            old.unlink(missing_ok=True)
+        code, part = _KEPT / f"{program}-{level}.cc", _KEPT / f"{program}-{level}-{os.getpid()}.part.o"
+        code.write_text(text, encoding="utf-8")
+        run([*command, code, "-o", part])
+        part.replace(kept)
+    return str(kept)
 
 
 def source_of(program: str) -> tuple[str, dict[str, Any], bool]:
@@ -254,7 +262,8 @@ def _compiler(name: str, level: str) -> list[Any]:
     raise RuntimeError("No compiler for the kernels: install ziglang, or name a C++ compiler in CXX.")
 
 
-def _run(command: list[Any]) -> None:
+def run(command: list[Any]) -> None:
+    """Run a compiler or a linker; a RuntimeError with its words if it fails."""
     # What the compiler keeps for itself goes there too, and not into the home folder.
     caches = {f"ZIG_{kind}_CACHE_DIR": str(_KEPT / "zig") for kind in ("GLOBAL", "LOCAL")}
     done = subprocess.run([*map(str, command)], capture_output=True, text=True, env={**caches, **os.environ})
@@ -264,6 +273,8 @@ def _run(command: list[Any]) -> None:
 
 def main() -> None:
     """Compile what the command line asks for."""
+    from kerrcaustics.beams.kernels.webassembly import build_browser_kernels
+
     parser = argparse.ArgumentParser(description="Compile the kernels.")
     parser.add_argument("--all-levels", action="store_true", help="for all instruction sets of the platform")
     parser.add_argument("--platform", choices=PLATFORMS, help="a platform other than this one, with all its levels")
@@ -273,6 +284,7 @@ def main() -> None:
         build_all(asked.into, asked.platform)
     else:
         build_native(asked.into)
+    build_browser_kernels(asked.into)
 
 
 if __name__ == "__main__":
