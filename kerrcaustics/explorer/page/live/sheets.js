@@ -78,21 +78,23 @@ function sheetOf(camera, index, outer, curve) {
   return { index, step, phases, parts, depthAt, grid: mappedGrid(camera, phases, parts, depthAt) };
 }
 
-// The cells of a sheet: two opposite corners by phase and part, images of four, and a linear map to the place inside.
+// The cells of a sheet: two opposite corners by phase and part, and images of four.
 function cellsOf({ index, step, phases, parts, grid }) {
   const columns = parts.length,
     nearEdge = [1, 2, 4, 8].flatMap((k) => [k, columns - 1 - k]).filter((k) => k > 0 && k < columns - 1),
-    cells = [],
-    node = (i, j) => row3(grid, i * columns + j);
-  for (let i = 0; i < phases.length - 1; i++) {
-    const steps = Array.from({ length: columns - 1 }, (_, j) => Math.max(...[i, i + 1].map((k) => gap3(node(k, j), node(k, j + 1))))),
-      chosen = [...new Set([...spaced(steps, step), ...nearEdge])].sort((a, b) => a - b);
+    nodes = Array.from({ length: grid.length / 3 }, (_, i) => row3(grid, i)),
+    stepsOn = (i) => Float64Array.from({ length: columns - 1 }, (_, j) => gap3(nodes[i * columns + j], nodes[i * columns + j + 1])),
+    cells = [];
+  for (let i = 0, before = stepsOn(0); i < phases.length - 1; i++) {
+    const after = stepsOn(i + 1),
+      chosen = [...new Set([...spaced(before.map((one, j) => Math.max(one, after[j])), step), ...nearEdge])].sort((a, b) => a - b);
     for (let c = 0; c < chosen.length - 1; c++) {
-      const [low, high] = [chosen[c], chosen[c + 1]],
-        corners = [node(i, low), node(i + 1, low), node(i, high), node(i + 1, high)];
-      if (corners.every(([x]) => !Number.isNaN(x)))
-        cells.push({ index, corners, phase: [phases[i], phases[i + 1]], part: [parts[low], parts[high]] });
+      const [low, high] = [i * columns + chosen[c], i * columns + chosen[c + 1]],
+        corners = [nodes[low], nodes[low + columns], nodes[high], nodes[high + columns]];
+      if (corners.every(([x]) => x === x))
+        cells.push({ index, corners, phase: [phases[i], phases[i + 1]], part: [parts[chosen[c]], parts[chosen[c + 1]]] });
     }
+    before = after;
   }
   return cells;
 }
@@ -101,14 +103,15 @@ function cellsOf({ index, step, phases, parts, grid }) {
 // with the squares of the distances within which the maps are trusted.
 function linearMaps(cells) {
   const maps = new Float64Array(12 * cells.length);
-  cells.forEach(({ corners }, i) => {
-    const sum = (...signs) => [0, 1, 2].map((k) => signs.reduce((total, sign, c) => total + sign * corners[c][k], 0) / 2),
-      [along, across, whole] = [sum(-1, 1, -1, 1), sum(-1, -1, 1, 1), sum(1, 1, 1, 1)],
+  cells.forEach(({ corners: [a, b, c, d] }, i) => {
+    const along = [0, 1, 2].map((k) => (b[k] + d[k] - a[k] - c[k]) / 2),
+      across = [0, 1, 2].map((k) => (c[k] + d[k] - a[k] - b[k]) / 2),
+      whole = [0, 1, 2].map((k) => a[k] + b[k] + c[k] + d[k]),
       middle = scaled3(whole, 1 / size3(whole)),
       normal = cross3(along, across),
       square = dot3(normal, normal) || 1,
       [u, v] = [scaled3(cross3(across, normal), 1 / square), scaled3(cross3(normal, along), 1 / square)],
-      reach = 1.25 * most(corners.map((corner) => gap3(corner, middle)));
+      reach = 1.25 * Math.max(gap3(a, middle), gap3(b, middle), gap3(c, middle), gap3(d, middle));
     maps.set([...u, -dot3(u, middle), ...v, -dot3(v, middle), ...middle, reach * reach], 12 * i);
   });
   return maps;

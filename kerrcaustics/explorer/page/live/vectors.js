@@ -6,9 +6,17 @@ const less3 = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 const size3 = (a) => Math.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
 const cross3 = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const scaled3 = (a, factor) => [a[0] * factor, a[1] * factor, a[2] * factor];
-const gap3 = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+const gap3 = (a, b) => Math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2);
 const row3 = (array, i) => [array[3 * i], array[3 * i + 1], array[3 * i + 2]];
-const flat = (vectors) => Float64Array.from(vectors.flat());
+
+// Vectors one after the other.
+function flat(vectors) {
+  const width = vectors[0]?.length ?? 0,
+    all = new Float64Array(width * vectors.length);
+  for (let i = 0; i < vectors.length; i++) for (let k = 0; k < width; k++) all[width * i + k] = vectors[i][k];
+  return all;
+}
+
 const mod = (x, y) => x - y * Math.floor(x / y);
 const bounded = (x, low, high) => Math.min(Math.max(x, low), high);
 const fromAngles = (theta, phi) => [Math.sin(theta) * Math.cos(phi), Math.sin(theta) * Math.sin(phi), Math.cos(theta)];
