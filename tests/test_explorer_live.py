@@ -147,7 +147,7 @@ def test_orbits_have_the_fields_of_the_program_and_its_events():
 
 def test_layers_of_the_program_and_broken_questions_are_refused():
     orbit = answered("return ask('orbit', { velocity: 'static', spin: 0 });")
-    assert orbit["kind"] == "refusal" and "has no orbit" in orbit["line"] and orbit["want"] == "orbit"
+    assert orbit["kind"] == "refusal" and "must orbit the spin axis" in orbit["line"] and orbit["want"] == "orbit"
 
 
 def test_the_checkerboard_is_that_of_the_program():

@@ -131,7 +131,7 @@ def _slots(column: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _rebuilder(tree: Any) -> Callable[[list[np.ndarray]], Any]:
-    """The function that puts leaves into the tree that a description stands for (`build.described`)."""
+    """The function that puts leaves into the tree that a description stands for (`compilation.described`)."""
     if tree is None:
         return lambda values: None
     if isinstance(tree, int):

@@ -17,6 +17,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from kerrcaustics.beams.kernels.compilation import FLAGS, kept_object, run, source_of, sources
 from kerrcaustics.beams.kernels.library import OBJECTS, ROOM, STALE, digest, is_current
 
 PROGRAMS = (
@@ -86,8 +87,6 @@ def build_browser_kernels(folder: Path = OBJECTS) -> bool:
         return False
     if _are_there(folder) and is_current(_description(folder)):
         return True
-    from kerrcaustics.beams.kernels.build import run, sources
-
     made_of = sorted({*sources(), Path(__file__).relative_to(ROOM.parents[1]).as_posix()})
     about: dict[str, Any] = {"digest": digest(made_of), "sources": made_of}
     with ProcessPoolExecutor(min(8, os.cpu_count() or 1), multiprocessing.get_context("spawn")) as pool:
@@ -105,8 +104,6 @@ def build_browser_kernels(folder: Path = OBJECTS) -> bool:
 
 def _compiled(program: str) -> tuple[dict[str, Any], dict[str, str]]:
     """The layout of a program, and its objects."""
-    from kerrcaustics.beams.kernels.build import FLAGS, kept_object, source_of
-
     text, about, _ = source_of(program)
     flags = [flag for flag in FLAGS if flag != "-fPIC"]
     objects = {}

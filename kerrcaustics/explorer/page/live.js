@@ -25,10 +25,10 @@ async function kernelsOf({ simd, plain }) {
   return new Uint8Array(await new Response(unpacked).arrayBuffer());
 }
 
-// A function that sends messages to a worker, or to the page where a worker cannot start.
+// A worker, or the page itself where a worker cannot start: send(message), end().
 function hostOf(heard) {
   const sent = [];
-  let [post, worker] = [null, null];
+  let [post, worker, speaks] = [null, null, false];
   const onPage = () => {
     const scope = { postMessage: heard };
     liveProgram(scope);
@@ -37,18 +37,14 @@ function hostOf(heard) {
   };
   try {
     worker = new Worker(URL.createObjectURL(new Blob([`(${liveProgram})(self)`], { type: "text/javascript" })));
-    let speaks = false;
-    worker.onmessage = ({ data }) => {
-      speaks = true;
-      heard(data);
-    };
+    worker.onmessage = ({ data }) => (speaks = true) && heard(data);
     worker.onerror = () => speaks || onPage();
     post = (message) => worker.postMessage(message);
   } catch {
     onPage();
   }
   const send = (message) => {
-    if (sent.length < 9) sent.push(message);
+    if (!speaks) sent.push(message);
     post(message);
   };
   return { send, end: () => worker?.terminate() };

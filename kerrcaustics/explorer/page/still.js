@@ -89,6 +89,6 @@ channel.remember = (state) => {
   }
 };
 const embeds = new URLSearchParams(location.search).has("embed");
-const options = { wholePage: true, invites: !location.hash && !embeds, embeds };
+const options = { wholePage: true, invites: !location.hash, embeds };
 window.explorer = channel.explorer = mount(document.getElementById("explorer"), channel, options);
 window.addEventListener("hashchange", () => window.explorer.show(stateOf(location.hash)));

@@ -4,9 +4,6 @@
 const LENSED_SIZE = 440,
   SKY_ROWS = 360,
   EDGE_POINTS = 240;
-// Sides of the camera's picture, degrees: the largest one, and the usual one by the farthest point of the primary curve.
-const LARGEST_FIELD = 250,
-  ROOM = 4.2;
 const DEGREE = Math.PI / 180;
 
 const linear = (part) => (part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4);
@@ -57,7 +54,7 @@ class Stars {
     this.pole = fromAngles(1.05, 2.2);
   }
   pixel(x, y, z) {
-    const glow = 0.035 * Math.exp(-(((x * this.pole[0] + y * this.pole[1] + z * this.pole[2]) / 0.2) ** 2)),
+    const glow = 0.035 * Math.exp(-((dot3([x, y, z], this.pole) / 0.2) ** 2)),
       light = [0.9 * glow, 0.95 * glow, 1.1 * glow],
       count = this.bands.length,
       band = Math.min(count - 1, Math.floor((Math.acos(bounded(z, -1, 1)) / Math.PI) * count)),
@@ -67,9 +64,7 @@ class Stars {
         middle = Math.floor(part * cells.length);
       for (let j = middle - 1; j <= middle + 1; j++) {
         const { at, light: own } = cells[mod(j, cells.length)],
-          gap2 = (x - at[0]) ** 2 + (y - at[1]) ** 2 + (z - at[2]) ** 2;
-        if (gap2 > 1e-3) continue;
-        const share = Math.exp(-gap2 / 6e-5);
+          share = Math.exp((2 * dot3([x, y, z], at) - 2) / 6e-5);
         for (let k = 0; k < 3; k++) light[k] += share * own[k];
       }
     }
@@ -82,8 +77,8 @@ function picture(sky, directions, width) {
   const count = directions.length / 3,
     data = new Uint8ClampedArray(4 * count);
   for (let i = 0; i < count; i++) {
-    const [x, y, z] = [directions[3 * i], directions[3 * i + 1], directions[3 * i + 2]];
-    if (x === x) data.set(sky.pixel(x, y, z), 4 * i);
+    const [x, y, z] = row3(directions, i);
+    if (!Number.isNaN(x)) data.set(sky.pixel(x, y, z), 4 * i);
     data[4 * i + 3] = 255;
   }
   return { data, shape: [count / width, width, 4] };
@@ -113,8 +108,4 @@ function windowSky([middle, right, up], [across, above, field], size) {
   return sky;
 }
 
-function usualWindow(axes, primary) {
-  let least = 1;
-  for (let i = 0; i < primary.length; i += 3) least = Math.min(least, dot3(primary.subarray(i, i + 3), axes[0]));
-  return [0, 0, Math.min(LARGEST_FIELD, (ROOM * Math.acos(Math.max(-1, least))) / DEGREE)];
-}
+const skyOf = (name, { checkerboard }) => ({ stars: () => new Stars(), checkerboard: () => new Checkerboard(checkerboard) })[name]?.();
