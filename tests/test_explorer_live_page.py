@@ -82,14 +82,16 @@ def test_a_star_is_dragged_and_a_slider_moved(page, file):
     state = page.evaluate("explorer.state()")
     assert state["phi"] != 295 and page.evaluate("explorer.certified()") is True
     assert page.evaluate("explorer.latencies().star.length") > 3
-    # The address is that of the state.
+    # The address is that of the state, and the state that of the address.
     until(page, f"location.hash.includes('phi={state['phi']:.6g}'.slice(0, 8))", 5)
+    page.evaluate("location.hash = '#spin=0.9&orders=2'")
+    until(page, "explorer.state().spin === 0.9 && explorer.quality() === 'full' && !explorer.busy()")
     spin = page.get_by_label("Spin a", exact=True)
     spin.focus()
     for _ in range(20):
         page.keyboard.press("ArrowRight")
     settled(page)
-    assert page.evaluate("explorer.state().spin") > 0.5 and page.evaluate("explorer.quality()") == "full"
+    assert page.evaluate("explorer.state().spin") > 0.9 and page.evaluate("explorer.quality()") == "full"
 
 
 def test_the_tour_the_quiz_and_the_orbit_work(page, file):
