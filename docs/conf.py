@@ -159,7 +159,7 @@ def keep_numbers_whole(app, doctree, page):
 
 
 def write_explorer(app, error):
-    """The explorer with a grid of states, as a page that needs no program."""
+    """The explorer in one file."""
     if error is None and app.builder.format == "html":
         # Loaded late: JAX has its settings by then.
         from kerrcaustics.explorer.still_page import write_page

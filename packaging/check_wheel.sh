@@ -25,7 +25,9 @@ import kerrcaustics, kerrcaustics.scripts as scripts
 assert kerrcaustics.__file__.startswith('$place'), kerrcaustics.__file__
 home = os.path.dirname(kerrcaustics.__file__)
 assert all(os.path.isfile(os.path.join(home, name)) for name in ('py.typed', '__init__.pyi', 'skies.pyi'))
-assert glob.glob(os.path.join(home, 'beams', 'kernels', 'objects', 'kernels-*'))
+kernels = os.path.join(home, 'beams', 'kernels', 'objects')
+assert glob.glob(os.path.join(kernels, 'kernels-*.so')) or glob.glob(os.path.join(kernels, 'kernels-*.dylib'))
+assert all(os.path.isfile(os.path.join(kernels, f'kernels-{build}.wasm')) for build in ('simd', 'plain'))
 assert os.path.isfile(os.path.join(home, 'explorer', 'page', 'states.xz'))
 assert all(found.names() for found in (scripts.FIGURES, scripts.STUDIES, scripts.FILMS))
 assert scripts.FILMS.load('pair_creation').film(4)"

@@ -94,7 +94,7 @@ def settled(page):
     until(page, "!!window.explorer && !explorer.busy() && explorer.quality() === 'full'", 300)
 
 
-def _node():
+def node():
     """Node, by itself or as Playwright brings it."""
     spec = find_spec("playwright")
     driver = Path(spec.origin).parent / "driver" / "node" if spec and spec.origin else None
@@ -105,9 +105,9 @@ def evaluated(body, parts=None):
     """The value that the body of a function returns, beside parts of the script: those of LOGIC need no page."""
     from kerrcaustics.explorer.page_script import LOGIC, script
 
-    if (node := _node()) is None:
+    if (found := node()) is None:
         pytest.skip("Node is missing: pip install playwright, which brings it")
     program = f"{script(parts=parts or LOGIC)}\nprocess.stdout.write(JSON.stringify((() => {{{body}}})()));"
-    ran = subprocess.run([node, "-"], input=program, capture_output=True, text=True, timeout=60, check=False)
+    ran = subprocess.run([found, "-"], input=program, capture_output=True, text=True, timeout=60, check=False)
     assert ran.returncode == 0, ran.stderr
     return json.loads(ran.stdout)

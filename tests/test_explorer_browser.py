@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from itertools import pairwise
 from urllib.parse import urlsplit
 
@@ -170,11 +171,12 @@ def test_what_cannot_be_is_said(page, address):
 
 
 @pytest.mark.slow
-def test_page_without_a_program(chromium, tmp_path):
+def test_page_that_computes_nothing(chromium, tmp_path):
     from kerrcaustics.explorer.still_page import CAMERAS, write_page
 
     tour = (*LESSONS[1:3], *LESSONS[6:])
-    write_page(tmp_path / "explorer.html", CAMERAS[1:3], [70.0, 90.0], tour)
+    cameras = (CAMERAS[1], replace(CAMERAS[1], spin=0.0))
+    write_page(tmp_path / "explorer.html", cameras, [70.0, 90.0], tour, live=False)
     page = chromium.new_page(viewport={"width": 1400, "height": 900})
     wrong, asked = [], []
     page.on("console", lambda message: wrong.append(message.text) if message.type in ("error", "warning") else None)

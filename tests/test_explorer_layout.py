@@ -4,7 +4,7 @@ import pytest
 from exploring import browser, needs_chromium, until
 
 from kerrcaustics.explorer.answers import answer, greeting, question
-from kerrcaustics.explorer.page_script import script
+from kerrcaustics.explorer.live_page import notebook_script
 from kerrcaustics.explorer.state import PAGE, ExplorerState
 from kerrcaustics.explorer.still_page import write_page
 
@@ -96,7 +96,7 @@ def in_a_cell(chromium, width):
     page = chromium.new_page(viewport={"width": 1400, "height": 1000})
     page.set_content("<!doctype html><body></body>")
     page.add_style_tag(content=(PAGE / "explorer.css").read_text(encoding="utf-8"))
-    page.add_script_tag(type="module", content=script("notebook").replace("export default", "window.widget ="))
+    page.add_script_tag(type="module", content=notebook_script().replace("export default", "window.widget ="))
     until(page, "!!window.widget", 10)
     page.evaluate(CELL, [STATE.record(), width])
     return page

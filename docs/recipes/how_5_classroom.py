@@ -11,7 +11,7 @@ Use kerrcaustics in a classroom
 #
 # Run ``pip install '.[explore,notebook]'`` in a clone, and ``kerrcaustics explore`` once. A class can share
 # one explorer: ``kerrcaustics explore --host`` (:doc:`../explore`). `This page <../explorer.html>`_ is the explorer
-# with a few cameras; it needs no installation, and runs from a web server or a memory stick.
+# in one file; it needs no installation, and runs from a web server or a memory stick.
 #
 # An hour
 # -------

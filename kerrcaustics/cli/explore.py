@@ -61,7 +61,7 @@ def explore(
     no_browser
         Do not open a browser: for use over ssh, with `ssh -L PORT:localhost:PORT`.
     page
-        Write the standalone page to this .html file instead, and exit: the page holds some cameras and stars, needs no
+        Write the standalone page to this .html file instead, and exit: the page computes in the browser, needs no
         program and no network, and can be shown on a slide.
     """
     common.check({"--page": page})

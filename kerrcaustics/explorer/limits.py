@@ -16,8 +16,12 @@ from kerrcaustics.explorer.state import (
 from kerrcaustics.spacetime.camera import VELOCITY_NAMES
 from kerrcaustics.spacetime.kerr import horizon
 
-# The nearest camera, by the radius of the horizon.
-_NEAREST = 1.01
+NEAREST = 1.01
+"""The radius of the nearest camera, by that of the horizon."""
+
+STEPS = 1e4
+"""Its steps per unit of the mass."""
+
 # Where the camera has not the velocity that is wanted: there is one at rest with the FIDO everywhere.
 _ALWAYS = "fiducial"
 
@@ -39,7 +43,7 @@ def allowed(state: ExplorerState) -> dict[str, Any]:
 
 def nearest_radius(spin: float) -> float:
     """The least radius of a camera, rounded up to four digits behind the point."""
-    return math.ceil(1e4 * _NEAREST * float(horizon(spin))) / 1e4
+    return math.ceil(STEPS * NEAREST * float(horizon(spin))) / STEPS
 
 
 def nearest(state: ExplorerState) -> ExplorerState:

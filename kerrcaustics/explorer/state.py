@@ -34,7 +34,19 @@ BACKDROPS = ("none", "stars", "checkerboard")
 CHARTS = ("map", "unwrapped", "globe")
 SPHERES = ("inside", "outside")
 
-_CHOICES = {"velocity": VELOCITY_NAMES, "backdrop": BACKDROPS, "chart": CHARTS, "sphere": SPHERES}
+CHOICES = {"velocity": VELOCITY_NAMES, "backdrop": BACKDROPS, "chart": CHARTS, "sphere": SPHERES}
+"""Values of the fields that are words."""
+
+RANGES = {
+    "spin": (0, MOST_SPIN),
+    "radius": (LEAST_RADIUS, MOST_RADIUS),
+    "inclination": (0, 180),
+    "theta": (0, 180),
+    "phi": (-36000, 36000),
+    "size": (LEAST_SIZE, MOST_SIZE),
+    "frequency": (LEAST_FREQUENCY, MOST_FREQUENCY),
+}
+"""Least and largest numbers; the size and the frequency may be 0, too."""
 
 
 @dataclass(frozen=True)
@@ -86,15 +98,12 @@ class ExplorerState:
 
     def check(self) -> None:
         """Raise ValueError unless the state is valid and quick to compute."""
-        _check_range("spin", self.spin, 0, MOST_SPIN)
-        _check_range("radius", self.radius, LEAST_RADIUS, MOST_RADIUS)
-        _check_range("inclination", self.inclination, 0, 180)
-        _check_range("theta", self.theta, 0, 180)
-        _check_range("phi", self.phi, -36000, 36000)
-        if self.size != 0:
-            _check_range("size", self.size, LEAST_SIZE, MOST_SIZE)
-        if self.frequency != 0:
-            _check_range("frequency", self.frequency, LEAST_FREQUENCY, MOST_FREQUENCY)
+        for name, (least, most) in RANGES.items():
+            value = getattr(self, name)
+            if value == 0 and name in ("size", "frequency"):
+                continue
+            if not least <= value <= most:
+                raise ValueError(f"Argument `{name}` must lie in [{least:g}, {most:g}], but is {value:.12g}.")
         self.camera()
 
     def camera(self) -> Camera:
@@ -169,9 +178,9 @@ PRESETS: dict[str, ExplorerState] = {
 
 def _typed_value(name: str, value: Any) -> Any:
     """The value as the type that its field has."""
-    if name in _CHOICES:
-        if value not in _CHOICES[name]:
-            raise ValueError(f"Argument `{name}` must be one of {', '.join(_CHOICES[name])}, but is {value!r:.40}.")
+    if name in CHOICES:
+        if value not in CHOICES[name]:
+            raise ValueError(f"Argument `{name}` must be one of {', '.join(CHOICES[name])}, but is {value!r:.40}.")
         return value
     if name == "orders":
         return whole_number(name, value, 1, MOST_ORDERS)
@@ -179,11 +188,6 @@ def _typed_value(name: str, value: Any) -> Any:
     if not math.isfinite(number):
         raise ValueError(f"Argument `{name}` must be a finite number, but is {number}.")
     return float(number)
-
-
-def _check_range(name: str, value: float, least: float, most: float) -> None:
-    if not least <= value <= most:
-        raise ValueError(f"Argument `{name}` must lie in [{least:g}, {most:g}], but is {value:.12g}.")
 
 
 def _text(value: Any) -> str:

@@ -6,8 +6,8 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from kerrcaustics.explorer.answers import greeting, question, refusal
+from kerrcaustics.explorer.live_page import notebook_script
 from kerrcaustics.explorer.page_data import Message
-from kerrcaustics.explorer.page_script import script
 from kerrcaustics.explorer.state import PAGE, ExplorerState
 from kerrcaustics.explorer.work import Work
 from kerrcaustics.extras import needed
@@ -117,7 +117,7 @@ def _widget_class() -> Any:
     class ExplorerWidget(anywidget.AnyWidget, _Answering):
         """The page, and the state that it shows."""
 
-        _esm = script("notebook")
+        _esm = notebook_script()
         _css = PAGE / "explorer.css"
         state = traitlets.Dict().tag(sync=True)
         numbers = traitlets.Dict()

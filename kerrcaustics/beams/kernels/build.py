@@ -7,22 +7,21 @@ Done when the package is built or installed (packaging/hatch_kernels.py), and by
 
 import argparse
 import ctypes
-import hashlib
 import json
 import multiprocessing
 import os
 import platform
 import shutil
-import subprocess
 import sys
 import sysconfig
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from kerrcaustics.beams.kernels.compilation import FLAGS, kept_object, run, source_of, sources
 from kerrcaustics.beams.kernels.library import (
     CATALOGUE,
     OBJECTS,
@@ -32,18 +31,7 @@ from kerrcaustics.beams.kernels.library import (
     is_current,
     library_name,
 )
-
-# Without contraction, and with functions of our own, every machine computes the same bits.
-_FLAGS = (
-    *("-std=c++17", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"),
-    *("-fno-sanitize=undefined", "-fPIC", "-nostdlib", "-g0"),
-)
-# Texts in C++ beside those that are made: headers of all of these, and others; the rooms whose modules are sources.
-_HEADERS, _TABLES = ("lanes.h", "functions.h", "coefficients.h"), "tables.h"
-_TEXTS = (*_HEADERS, _TABLES, "processor.cc")
-_ROOMS = ("kerrcaustics.beams.", "kerrcaustics.spacetime.", "kerrcaustics.lens_map.newton_")
-# Objects as they were compiled are kept here, in a checkout.
-_KEPT = ROOM.parents[2] / "build" / "kernels"
+from kerrcaustics.beams.kernels.webassembly import build_browser_kernels
 
 
 class InstructionSet(NamedTuple):
@@ -147,8 +135,8 @@ def build_all(
 
     name = name or platform_here()
     levels, names = levels or levels_for(name), chosen or [*programs()]
-    sources = _sources()
-    made_of = digest(sources)
+    files = sources()
+    made_of = digest(files)
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     if _is_chosen_at_run_time(name):
@@ -159,24 +147,9 @@ def build_all(
     for level in levels:
         library = folder / library_name(level, PLATFORMS[name].system)
         objects = [parts[program][1][level] for program in names]
-        _run([*_compiler(name, level), "-shared", "-nostdlib", *objects, "-o", library])
-    about = {"digest": made_of, "sources": sources, "kernels": {program: parts[program][0] for program in names}}
+        run([*_compiler(name, level), "-shared", "-nostdlib", *objects, "-o", library])
+    about = {"digest": made_of, "sources": files, "kernels": {program: parts[program][0] for program in names}}
     (folder / CATALOGUE).write_text(json.dumps(about), encoding="utf-8")
-
-
-def _sources() -> list[str]:
-    """The files from which kernels are made: all that the programs and the generator import of the engine."""
-    from kerrcaustics.beams.kernels import divisions, emission, lowering, programs
-
-    modules = (divisions, emission, lowering, programs, *programs.modules())
-    package, files = ROOM.parents[1], [Path(str(module.__file__)) for module in modules]
-    files += [
-        Path(str(module.__file__))
-        for name, module in sys.modules.items()
-        if name.startswith(_ROOMS) and name != "kerrcaustics.beams.kernels.library" and module.__file__
-    ]
-    files += [Path(__file__), *(ROOM / name for name in _TEXTS)]
-    return sorted({path.relative_to(package).as_posix() for path in files})
 
 
 def _build_processor(folder: Path, name: str) -> None:
@@ -185,62 +158,17 @@ def _build_processor(folder: Path, name: str) -> None:
 
 def build_library(text: Path, library: Path, name: str, level: str, lanes: int = 1) -> None:
     """A library of one text in C++, for one instruction set of a platform."""
-    _run([*_compiler(name, level), *_FLAGS, f"-DW={lanes}", f"-I{ROOM}", "-shared", text, "-o", library])
+    run([*_compiler(name, level), *FLAGS, f"-DW={lanes}", f"-I{ROOM}", "-shared", text, "-o", library])
 
 
 def _built(program: str, *, levels: Sequence[str], name: str) -> tuple[dict[str, Any], dict[str, str]]:
     """The description of a program, and its objects."""
     text, about, has_loops = source_of(program)
-    included = (*_HEADERS, _TABLES) if _TABLES in text else _HEADERS
-    headers = "".join((ROOM / file).read_text(encoding="utf-8") for file in included)
-    _KEPT.mkdir(parents=True, exist_ok=True)
     objects = {}
     for level in levels:
         lanes = LEVELS[level].in_loops if has_loops else LEVELS[level].lanes
-        command = [*_compiler(name, level), *_FLAGS, f"-DW={lanes}", f"-I{ROOM}", "-c"]
-        made_of = hashlib.sha256("\0".join([text, headers, *map(str, command)]).encode()).hexdigest()[:24]
-        kept = _KEPT / f"{program}-{level}-{made_of}.o"
-        if not kept.exists():
-            for old in _KEPT.glob(f"{program}-{level}-*.o"):
-                old.unlink(missing_ok=True)
-            code, part = _KEPT / f"{program}-{level}.cc", _KEPT / f"{program}-{level}-{os.getpid()}.part.o"
-            code.write_text(text, encoding="utf-8")
-            _run([*command, code, "-o", part])
-            part.replace(kept)
-        objects[level] = str(kept)
+        objects[level] = kept_object(program, level, text, [*_compiler(name, level), *FLAGS, f"-DW={lanes}"])
     return about, objects
-
-
-def source_of(program: str) -> tuple[str, dict[str, Any], bool]:
-    """The C++ text of a program, its description for the catalogue, and True if it has loops of unknown length."""
-    import jax
-
-    from kerrcaustics.beams.kernels.divisions import with_merged_divisions
-    from kerrcaustics.beams.kernels.emission import emitted
-    from kerrcaustics.beams.kernels.programs import graph_of
-
-    graph, by_ray = graph_of(program)
-    made = with_merged_divisions(graph)
-    kinds = {output.leaf: output.kind for output in made.outputs}
-    outputs = [[kinds[leaf], list(shape.shape)] for leaf, shape in enumerate(made.shapes)]
-    tree = described(jax.tree.unflatten(made.tree, made.shapes), iter(range(len(outputs))))
-    about = {"by_ray": by_ray, "tables": made.tables, "outputs": outputs, "tree": tree}
-    has_loops = any(node.operation == "loopout" for node in made.graph.nodes)
-    include = "".join(f'#include "{file}"\n' for file in ("functions.h", *([_TABLES] if made.tables else [])))
-    return f"{include}\n{emitted(made, program)}", about, has_loops
-
-
-def described(tree: Any, numbers: Iterator[int]) -> Any:
-    """A tree as JSON has it: a leaf as its number, a branch as its class, the names of its parts, and the parts."""
-    if tree is None:
-        return None
-    names = getattr(tree, "_fields", None) or [*getattr(tree, "__dataclass_fields__", ())]
-    if names and not hasattr(tree, "dtype"):
-        kind = f"{type(tree).__module__}:{type(tree).__qualname__}"
-        return [kind, [*names], [described(getattr(tree, name), numbers) for name in names]]
-    if isinstance(tree, tuple | list):
-        return [type(tree).__name__, [], [described(part, numbers) for part in tree]]
-    return next(numbers)
 
 
 def _compiler(name: str, level: str) -> list[Any]:
@@ -254,14 +182,6 @@ def _compiler(name: str, level: str) -> list[Any]:
     raise RuntimeError("No compiler for the kernels: install ziglang, or name a C++ compiler in CXX.")
 
 
-def _run(command: list[Any]) -> None:
-    # What the compiler keeps for itself goes there too, and not into the home folder.
-    caches = {f"ZIG_{kind}_CACHE_DIR": str(_KEPT / "zig") for kind in ("GLOBAL", "LOCAL")}
-    done = subprocess.run([*map(str, command)], capture_output=True, text=True, env={**caches, **os.environ})
-    if done.returncode:
-        raise RuntimeError(f"The compiler failed: {' '.join(map(str, command))}\n{done.stderr[-4000:]}")
-
-
 def main() -> None:
     """Compile what the command line asks for."""
     parser = argparse.ArgumentParser(description="Compile the kernels.")
@@ -273,6 +193,7 @@ def main() -> None:
         build_all(asked.into, asked.platform)
     else:
         build_native(asked.into)
+    build_browser_kernels(asked.into)
 
 
 if __name__ == "__main__":

@@ -27,6 +27,9 @@ OBJECTS = ROOM / "objects"
 CATALOGUE, PROCESSOR = "kernels.json", "processor"
 """Names of the file that describes the kernels, and of the library that knows the processor."""
 
+STALE = "The kernels are older than their sources: run `make kernels`."
+"""The message about kernels that are not made from the sources as they are."""
+
 # The instruction set that takes the place of the best one, for comparisons.
 _CHOSEN = "KERRCAUSTICS_LEVEL"
 _DTYPES = {"f": np.dtype(float), "b": np.dtype(bool), "i": np.dtype(np.int8)}
@@ -128,7 +131,7 @@ def _slots(column: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _rebuilder(tree: Any) -> Callable[[list[np.ndarray]], Any]:
-    """The function that puts leaves into the tree that a description stands for (`build.described`)."""
+    """The function that puts leaves into the tree that a description stands for (`compilation.described`)."""
     if tree is None:
         return lambda values: None
     if isinstance(tree, int):
@@ -163,7 +166,7 @@ def catalogue() -> dict[str, Any]:
     except FileNotFoundError:
         raise RuntimeError("The kernels are not compiled: run `make kernels`, or install the package.") from None
     if not is_current(found):
-        raise RuntimeError("The kernels are older than their sources: run `make kernels`.")
+        raise RuntimeError(STALE)
     return found
 
 

@@ -1,9 +1,15 @@
-// A page without a program: the nearest of the states that it holds.
-// Follows the parts in one script.
+// A page without a program: its answers are computed in the browser; where that is forbidden, they are the nearest of the
+// states that it holds. Follows the parts in one script.
 
 function kept(text) {
   const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
   return decoded(bytes);
+}
+
+// Shapes and waves of the stars of lessons.
+function storedLayer({ lessons }, { want, state }) {
+  const keyOf = (layer) => LAYERS[want].keyOf(layer.state);
+  return lessons.map((lesson) => lesson[want] && kept(lesson[want])).find((layer) => layer && keyOf(layer) === keyOf({ state }));
 }
 
 function stillChannel(states) {
@@ -17,12 +23,7 @@ function stillChannel(states) {
     4 * Math.abs(Math.log(view.state.radius / state.radius));
 
   // Stars of lessons are held as they are, with all longitudes where their camera circles the spin axis.
-  const lessons = states.lessons.map(({ view, orbit, shapes, waves }) => ({
-    view: kept(view),
-    message: orbit && kept(orbit),
-    shapes: shapes && kept(shapes),
-    waves: waves && kept(waves),
-  }));
+  const lessons = states.lessons.map(({ view, orbit }) => ({ view: kept(view), message: orbit && kept(orbit) }));
   const lessonOf = (state) => lessons.find(({ view }) => orbitKey(view.state) === orbitKey(state));
   const isStarOf = ({ view }, state) => starKey(view.state) === starKey(state);
 
@@ -35,10 +36,8 @@ function stillChannel(states) {
     const { chart, sphere } = state;
     if (want === "backdrop") return { kind: "backdrop", id, want, state, arrays: {} };
     if (LAYERS[want]) {
-      const isItself = (one) => one[want] && LAYERS[want].keyOf(one[want].state) === LAYERS[want].keyOf(state);
-      const layer = lessons.find(isItself)?.[want];
-      const line = "This page works without a program: it shows sizes and waves only for the stars of the tour.";
-      return layer ? { ...layer, id, want, state } : { kind: "refusal", id, want, line };
+      const layer = storedLayer(states, { want, state });
+      return layer ? { ...layer, id, want, state } : { kind: "refusal", id, want, line: ONLY_PROGRAM };
     }
     const lesson = lessonOf(state);
     if (lesson && want !== "orbit" && isStarOf(lesson, state))
@@ -68,24 +67,28 @@ function stillChannel(states) {
     return { ...view, id, want, quality: "full", state: shown, images };
   }
   setTimeout(() => tell({ kind: "greeting", presets: [], allowed: views[0].allowed, ...states.words }), 0);
+  const why = states.live ? "This browser forbids WebAssembly" : "This page was written without kernels for browsers";
   return {
     state: { ...views[0].state, ...stateOf(location.hash) },
-    offered: { cameras: views.map((view) => view.state), thetas: states.thetas },
+    offered: { cameras: views.map((view) => view.state), thetas: states.thetas, why },
     listen: (heard) => listeners.push(heard),
     send: (text) => tell(answered(JSON.parse(text))),
-    remember: (state) => {
-      try {
-        history.replaceState(null, "", `#${fragmentOf(state)}`);
-      } catch {
-        /* some browsers let no file do this */
-      }
-    },
-    link: () => location.href,
   };
 }
 
-window.explorer = mount(
-  document.getElementById("explorer"),
-  stillChannel(JSON.parse(document.getElementById("states").textContent)),
-  { wholePage: true, invites: !location.hash },
-);
+const states = JSON.parse(document.getElementById("states").textContent);
+const isLive = !!states.live && canCompute();
+const channel = isLive ? new LiveChannel(states.live, (question) => storedLayer(states, question)) : stillChannel(states);
+if (isLive) channel.state = stateOf(location.hash);
+channel.link = () => location.href;
+channel.remember = (state) => {
+  try {
+    history.replaceState(null, "", `#${fragmentOf(state)}`);
+  } catch {
+    /* some browsers let no file do this */
+  }
+};
+const embeds = new URLSearchParams(location.search).has("embed");
+const options = { wholePage: true, invites: !location.hash, embeds };
+window.explorer = channel.explorer = mount(document.getElementById("explorer"), channel, options);
+window.addEventListener("hashchange", () => window.explorer.show(stateOf(location.hash)));

@@ -165,7 +165,7 @@ class Controls {
       const { spin, radius, inclination, velocity, orders } = cameras[i];
       changed({ spin, radius, inclination, velocity, orders }, "full");
     });
-    const line = `This page works without a program: it has ${cameras.length} cameras on circular orbits, and stars `;
+    const line = `${this.offered.why}: the page has ${cameras.length} cameras on circular orbits, and stars `;
     const more = `at ${thetas.length} colatitudes θ′. The command “kerrcaustics explore” shows all others.`;
     return h(
       "div",

@@ -59,7 +59,8 @@ class Page {
     const teaching = [tour.button, quiz.button];
     const head = h("header", { class: "kc-head" }, title, this.preset, ...teaching, status.badge, exports.element);
     const body = h("div", { class: "kc-body" }, controls.element, stage);
-    return h("div", { class: "kc-explorer" }, head, status.banner, body, this.tip.element);
+    const embeds = this.explorer.options.embeds ? " kc-embed" : "";
+    return h("div", { class: `kc-explorer${embeds}` }, head, status.banner, body, this.tip.element);
   }
   // Once the page is in the document.
   connect() {

@@ -56,7 +56,9 @@ class Shown {
     this.version += 1;
   }
   async showBackdrop(answer, request) {
-    const picture = ({ data }) => createImageBitmap(new Blob([data], { type: "image/jpeg" }));
+    // A JPEG file, or pixels.
+    const picture = ({ data, shape: [rows, columns] }) =>
+      createImageBitmap(columns ? new ImageData(data, columns, rows) : new Blob([data], { type: "image/jpeg" }));
     const { lensed, celestial } = answer.arrays;
     const pictures = lensed ? await Promise.all([picture(lensed), picture(celestial)]) : [null, null];
     // Another may be wanted by now.

@@ -45,6 +45,6 @@ function mount(element, channel, options) {
     spot: (theta, phi) => onPage(source.spot([theta, phi], frame())),
     show: (wanted) => explorer.show(wanted),
     lose: (line) => explorer.lose(line),
-    leave: () => explorer.leave(),
+    leave: () => explorer.page.leave(),
   };
 }
