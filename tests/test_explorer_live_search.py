@@ -145,7 +145,8 @@ def compared_orbits(states):
     found = answered(f"""
       return {records}.map((state) => {{
         const {{ arrays, ...orbit }} = ask("orbit", state);
-        return {{ ...orbit, numbers: [...arrays.frame_numbers.data], first: [...arrays.first.data], phi: [...arrays.phi.data] }};
+        const [numbers, first, phi] = ["frame_numbers", "first", "phi"].map((name) => [...arrays[name].data]);
+        return {{ ...orbit, numbers, first, phi }};
       }});
     """)
     for state, own in zip(states, found, strict=True):
