@@ -126,7 +126,7 @@ BAD = [
     ),
     (("counts", "--no-map"), "did you mean --map? Arguments --spin and --radius must be given."),
     (("film", "--foo", "x", "--bar"), "Arguments --foo and --bar are unknown; kerrcaustics film --help lists all"),
-    (("paint",), "Argument COMMAND must be one of amplification, caustics, counts, "),
+    (("paint",), "Argument COMMAND must be one of amplification, caustics, check, counts, "),
     (("caustic",), "but is caustic; did you mean caustics?"),
     (("caustics", "--radius", "6"), "Argument --spin must be given."),
     (("caustics", "--spin", "--radius", "6"), "Argument --spin must be followed by a number."),
