@@ -70,7 +70,7 @@ def test_a_range_that_ends_within_the_error_decides_nothing():
 def test_counts_of_a_star():
     assert only(StarCheck(**PAPER, star=(84.0, 60.0), counts=[1, 1, 5])).met
     found = only(StarCheck(**PAPER, star=(84.0, 60.0), counts=[1, 1, 3]))
-    assert found.faults == ("it has 1 + 1 + 5 images, and must have 1 + 1 + 3",)
+    assert found.faults == ("it has 1 + 1 + 5 images of index 0 to 2, and must have 1 + 1 + 3 images of index 0 to 2",)
     # On the point caustic of a hole without spin nothing is certified.
     ring = only(StarCheck(spin=0.0, radius=10.0, star=(90.0, 180.0), counts=[0, 0]))
     assert not ring.met and any("one ring" in fault for fault in ring.faults)

@@ -55,6 +55,7 @@ def images(
     star: Angles,
     max_index: MaxIndex = 2,
     figure: FileName | None = None,
+    save: FileName | None = None,
     source: SourceOptions = SKY_SOURCES,
     scaling: ScaleOptions = UNITS_OF_MASS,
     common: CommonOptions = COMMON,
@@ -69,14 +70,17 @@ def images(
     figure
         Save a plot of the images among the critical curves, and the star among the caustics, to this file: .png, .pdf
         or .svg.
+    save
+        Save everything to this file, which kerrcaustics.load reads.
     """
-    common.check({"--figure": figure})
+    common.check({"--figure": figure, "--save": save})
     check_ending(figure)
     scale = scaling.scale(camera)
     end, place, viewer = source.end(), source.place("--star", star), camera.viewer(source.in_plane)
     began = time.perf_counter()
     with plain_errors(), progress() as report:
         from kerrcaustics.images.images import star_images
+        from kerrcaustics.results import storage
         from kerrcaustics.results.records import record
 
         result = star_images(viewer, place, max_index, end=end, progress=report)
@@ -86,7 +90,9 @@ def images(
             _draw(result, figure, scale)
     common.write_result(record(result), seconds)
     _print_images(result, common.console(), scale)
-    common.say_files(figure=figure)
+    if save is not None:
+        storage.save(save, result)
+    common.say_files(figure=figure, saved=save)
     if not result.certified:
         stop(1, "The images are not certified: see the remarks.")
 
@@ -107,6 +113,7 @@ def _print_images(images: "StarImages", out: Console, scale: "PhysicalScale | No
     if scale is not None and scale.distance is not None:
         sky_unit, length, sky = "microarcseconds", scale.microarcseconds, f"{sky} (uas)"
     time_unit, each = ("", 1.0) if scale is None else scale.time_unit
+    time_error = np.max(images.time_error, initial=0.0) * each
     rows = rows_of(images)
     for row, ratio in zip(rows, _ratios(images), strict=True):
         row.ratio, row.time, row.error, row.sky = ratio, row.time * each, row.error * length, row.sky * length
@@ -127,6 +134,10 @@ def _print_images(images: "StarImages", out: Console, scale: "PhysicalScale | No
     if has_ratio(camera, surface):
         say(out, "ratio: solid angle of an image by that of the star without the hole")
     say(out, f"{index_counts(images.per_index)}: {verdict(images.certified)}; errors on the sky in {sky_unit}")
+    if len(images):
+        relative = [np.max(images.magnification_error / images.magnification), np.max(images.redshift_error)]
+        of_time = f"{time_error:.0e} {time_unit}".rstrip()
+        say(out, f"largest errors: magnification {relative[0]:.0e} of it, redshift {relative[1]:.0e}, time {of_time}")
 
 
 def _ratios(images: "StarImages") -> list[float]:

@@ -13,6 +13,7 @@ from kerrcaustics.choices import VelocityName, if_radians, number_suggestion, pl
 from kerrcaustics.cli.endings import BadInput
 from kerrcaustics.cli.outputs import check_outputs, write_json
 from kerrcaustics.cli.terminal import console, note, one_line_errors, plain_errors, say
+from kerrcaustics.files import OTHER_FORMATS
 
 if TYPE_CHECKING:
     from kerrcaustics.beams.ends import EquatorialPlane
@@ -254,6 +255,8 @@ class CommonOptions:
         target = None if self.json in (None, "-") else self.json
         if target is not None and (not target or target.startswith("-")):
             raise BadInput(f"Argument --json must be a file name or -, but is {target or 'empty'}.")
+        if target is not None and (ending := Path(target).suffix.lower()) in OTHER_FORMATS and ending != ".json":
+            raise BadInput(f"Argument --json must name a file of JSON, such as .json, but is {target}.")
         check_outputs({**(files or {}), "--json": None if target is None else Path(target)})
 
     def check_points(self, points: bool) -> None:

@@ -250,9 +250,16 @@ def _crossings(start: Float[Array, "2"], end: Float[Array, "2"]) -> list[tuple[f
 
 
 def draw_places(ax: Axes, surface: End, places: Float[Array, "n 2"], **settings: Any) -> Axes:
-    """Draw places on a surface as points on its axes."""
+    """Draw places on a surface as points on its axes, as often as these show their longitudes."""
     source_axes(ax, surface)
-    ax.plot(*on_axes(ax, surface, places), **{"linestyle": "none", "color": "black", **settings})
+    x, y = on_axes(ax, surface, places)
+    if is_sphere(surface):
+        low, high = sorted(ax.get_xlim())
+        shifts = 360.0 * np.array([[0], [-1], [1]])
+        at = x + shifts
+        shown = (at >= low) & (at <= high) | (shifts == 0)
+        x, y = at[shown], np.broadcast_to(y, at.shape)[shown]
+    ax.plot(x, y, **{"linestyle": "none", "color": "black", **settings})
     return ax
 
 

@@ -165,7 +165,7 @@ def _complaints(checks: CheckFile, folder: Path) -> Iterator[tuple[str, str, Any
             yield f"[[star]] {number}, star", "theta' in [0, 180] and phi', degrees", list(check.star)
     for number, check in enumerate(checks.stored, 1):
         if not (folder / check.file).is_file():
-            yield f"[[stored]] {number}, file", "the name of a file", check.file
+            yield f"[[stored]] {number}, file", "the name of a file that exists", check.file
 
 
 def outcomes(checks: CheckFile, folder: str | Path = ".") -> Iterator[Outcome]:
@@ -244,15 +244,17 @@ def _of_star(check: StarCheck) -> Outcome:
     images = star_images(check.viewer(), (theta, phi), len(check.counts) - 1)
     counts, faults = list(images.per_index.values()), []
     if counts != check.counts:
-        faults.append(f"it has {_sum_of_counts(counts)} images, and must have {_sum_of_counts(check.counts)}")
+        faults.append(f"it has {_sum_of_counts(counts)}, and must have {_sum_of_counts(check.counts)}")
     if images.certified != check.certified:
         faults += images.remarks or (f"the count is {'' if images.certified else 'not '}certified",)
     name = check.name or f"star {check.star[0]:.12g} {check.star[1]:.12g} at {check.in_words()}"
-    return _outcome(name, f"{_sum_of_counts(counts)} images{', certified' * images.certified}", faults)
+    return _outcome(name, f"{_sum_of_counts(counts)}{', certified' * images.certified}", faults)
 
 
 def _sum_of_counts(counts: list[int]) -> str:
-    return " + ".join(map(str, counts))
+    """Counts in words, with the highest index that was asked for."""
+    noun = "image" if sum(counts) == 1 else "images"
+    return f"{' + '.join(map(str, counts))} {noun} of index {'0 to ' * (len(counts) > 1)}{len(counts) - 1}"
 
 
 def _of_stored(check: StoredCheck, path: Path) -> Outcome:
@@ -293,7 +295,7 @@ def _other_images(stored: StarImages) -> list[str]:
     now = star_images(stored.camera, stored.star, stored.max_index, end=stored.surface)
     if now.per_index != stored.per_index:
         counts = [_sum_of_counts(list(images.per_index.values())) for images in (now, stored)]
-        return [f"{counts[0]} images now, {counts[1]} stored"]
+        return [f"{counts[0]} now, {counts[1]} stored"]
     free, faults = set(range(len(now))), []
     for i in range(len(stored)):
         gaps = {j: math.dist(stored.sky[i], now.sky[j]) for j in free if now.index[j] == stored.index[i]}
