@@ -115,8 +115,11 @@ LISTS = {
     "films": {"films": ("figure_list", "film_list")},
     "plots": {"plots": ("plot_list", "plot_list")},
     "results": {"results": ("result_list", "result_list")},
-    "scene_files": {"keys": ("scene_keys", "key_tables")},
-    "sweeps": {"keys": ("sweep_lists", "scene_table"), "variables": ("sweep_lists", "variable_table")},
+    "scene_files": {"keys": ("kerrcaustics.scene_files.key_tables", "key_tables")},
+    "sweeps": {
+        "keys": ("kerrcaustics.sweeps.key_tables", "scene_table"),
+        "variables": ("kerrcaustics.sweeps.key_tables", "variable_table"),
+    },
 }
 
 

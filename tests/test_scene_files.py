@@ -200,7 +200,7 @@ def test_the_examples_of_the_page_are_a_scene_and_a_film(scene):
 
 def test_all_keys_are_described(monkeypatch):
     monkeypatch.syspath_prepend(DOCS)
-    import scene_keys
+    from kerrcaustics.scene_files import key_tables as scene_keys
 
     keys = {(path, table): set(table.__struct_fields__) for path, table in scene_keys.tables()}
     assert len(keys) > 25 and sum(map(len, keys.values())) > 120

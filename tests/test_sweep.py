@@ -43,8 +43,8 @@ def quick(monkeypatch):
 def test_the_page_lists_all_keys_and_variables(monkeypatch):
     docs = Path(__file__).parents[1] / "docs"
     monkeypatch.syspath_prepend(docs)
-    from scene_keys import described
-    from sweep_lists import scene_table, variable_table
+    from kerrcaustics.scene_files.key_tables import described
+    from kerrcaustics.sweeps.key_tables import scene_table, variable_table
 
     assert list(described(Scene)) == list(Scene.__struct_fields__)
     assert all(f"| `{key}` |" in scene_table() for key in Scene.__struct_fields__)
@@ -407,3 +407,17 @@ def test_a_missing_package_is_named(package, tmp_path, capsys, monkeypatch):
     status, out, err = run(capsys, "sweep", written(tmp_path, PLAIN), *arguments)
     assert (status, out) == (2, "") and err.count("\n") == 1
     assert package in err and "pip install '.[sweep]'" in err
+
+
+def test_keys_are_printed_alone(capsys):
+    from command_line import run
+
+    status, out, err = run(capsys, "sweep", "--keys")
+    assert (status, err) == (0, "") and "| `orders` |" in out and "| `geometry` |" in out
+    for more in (["x.toml"], ["--status", "x.zarr"], ["--retry"], ["--workers", "2"], ["--json", "-"]):
+        status, out, err = run(capsys, "sweep", "--keys", *more)
+        assert (status, out) == (2, "") and "must not be used with --keys" in err, more
+    status, out, err = run(capsys, "scene", "--keys")
+    assert (status, err) == (0, "") and "**`[hole]`**" in out and "| `spin`" in out
+    status, _, err = run(capsys, "scene", "--keys", "--template", "disk")
+    assert status == 2 and "--keys must be used alone" in err

@@ -9,9 +9,8 @@ Use kerrcaustics in a classroom
 # Before the lesson
 # -----------------
 #
-# Run ``pip install '.[explore,notebook]'`` in a clone, and ``kerrcaustics explore`` once. A class can share
-# one explorer: ``kerrcaustics explore --host`` (:doc:`../explore`). `This page <../explorer.html>`_ is the explorer
-# in one file; it needs no installation, and runs from a web server or a memory stick.
+# Write the :doc:`explorer <../explore>` as one file, ``kerrcaustics explore --page explorer.html``, and give it to the
+# class: it needs no installation, and runs from a web server or a memory stick. `Here <../explorer.html>`_ it is.
 #
 # An hour
 # -------
@@ -29,7 +28,8 @@ Use kerrcaustics in a classroom
 #
 # A picture for the board: the secondary caustic, and five places for a star. For each of them, how many images of index
 # 0 and 1 does the camera see? (The terms are in the :doc:`glossary <../glossary>`. The primary caustic is tiny, and
-# lies away from all five places.)
+# lies away from all five places. In the explorer: spin 0.999, radius 6.03, two orders; ⇄ turns the sphere to the side
+# of this picture. Of a pair that this caustic adds, the other image has index 2.)
 
 import math
 

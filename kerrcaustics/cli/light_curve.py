@@ -205,7 +205,14 @@ def _print(light: "LightCurve", out: Console, scale: "PhysicalScale | None") -> 
     of_spot = light.source == "spot"
     names = light.crossing if of_spot else light.index
     table = PlainTable(
-        ("crossing" if of_spot else "index", "of all light", "largest sample", f"at time{head}", f"from{head}", f"to{head}")
+        (
+            "crossing" if of_spot else "index",
+            "of all light",
+            "largest sample",
+            f"at time{head}",
+            f"from{head}",
+            f"to{head}",
+        )
     )
     for name, share, emitted in zip(names.tolist(), light.shares, light.emission_time, strict=True):
         seen = light.time[np.isfinite(emitted)] * each

@@ -28,6 +28,7 @@ def sweep(
     *,
     output: FileName | None = None,
     status: FileName | None = None,
+    keys: Flag = False,
     workers: WorkerOptions = HERE,
     resume: Annotated[bool, cyclopts.Parameter(negative="--no-resume")] = True,
     retry: Flag = False,
@@ -45,14 +46,19 @@ def sweep(
         The store; by default in the current folder, named after the sweep file, with the ending .zarr.
     status
         Instead of a sweep file: print how far the sweep with this store is, also while it runs, and compute nothing.
+    keys
+        Instead of a sweep file: print the keys of sweep files and the variables of stores, in Markdown.
     resume
         Continue a store that exists; with --no-resume, such a store is an error.
     retry
         Retry the points that failed before.
     """
+    others = {"FILE": file, "--output": output, "--retry": retry or None, "--no-resume": None if resume else True}
+    others |= {f"--{name}": value for name, value in asdict(workers).items()}
+    if keys:
+        _print_keys({**others, "--status": status, "--json": common.json})
+        return
     if status is not None:
-        others = {"FILE": file, "--output": output, "--retry": retry or None, "--no-resume": None if resume else True}
-        others |= {f"--{name}": value for name, value in asdict(workers).items()}
         _print_status(others, status, common)
         return
     if file is None:
@@ -83,6 +89,21 @@ def sweep(
         stop(1, f"{len(result.failures)} of {result.points} points failed.")
 
 
+def _print_keys(others: dict[str, Any]) -> None:
+    """The keys of sweep files, and the variables of stores."""
+    _refuse(others, "--keys")
+    from kerrcaustics.sweeps.key_tables import scene_table, variable_table
+
+    sys.stdout.write(f"{scene_table()}\n\n{variable_table()}\n")
+
+
+def _refuse(others: dict[str, Any], option: str) -> None:
+    """Refuse arguments beside an option that computes nothing."""
+    for name, value in others.items():
+        if value is not None:
+            raise BadInput(f"Argument {name} must not be used with {option}.")
+
+
 def _write_failures(failures: tuple[str, ...]) -> None:
     sys.stderr.write("".join(f"failed: {line}\n" for line in failures[:_SHOWN]))
     if (more := len(failures) - _SHOWN) > 0:
@@ -91,9 +112,7 @@ def _write_failures(failures: tuple[str, ...]) -> None:
 
 def _print_status(others: dict[str, Any], store: Path, common: CommonOptions) -> None:
     """How far the sweep of a store is; others: arguments of a sweep that is made, None if they are not given."""
-    for name, value in others.items():
-        if value is not None:
-            raise BadInput(f"Argument {name} must not be used with --status.")
+    _refuse(others, "--status")
     common.check()
     with one_line_errors(), plain_errors({"path": "status"}):
         from kerrcaustics.sweeps.opened import sweep_status

@@ -136,10 +136,12 @@ def _print_tracks(tracks: "StarTracks", out: Console) -> None:
     place = place_in_words(tracks.surface, [tracks.level])
     say(out, f"{place_of(tracks.camera)}: tracks of a source at {place} on {tracks.surface.in_words()}")
     _print_curves(tracks, out)
-    if tracks.events:
+    if tracks.events or tracks.ends:
         _print_events(tracks, out)
     say_all(out, tracks.remarks)
-    total = f"{len(tracks.tracks)} tracks, {len(tracks.events)} events"
+    total = f"{len(tracks.tracks)} tracks, {len(tracks.events) + len(tracks.ends)} events"
+    if tracks.ends:
+        say(out, f"Of {len(tracks.ends)} events one image has index {tracks.max_index + 1}, and no track here.")
     if not tracks.angular_velocity:
         phi = tracks.surface.coordinates[1].symbol
         say(out, f"{total} in one turn of {phi}: {verdict(tracks.certified)}; errors are those of {phi} in radians")
@@ -169,4 +171,4 @@ def _print_events(tracks: "StarTracks", out: Console) -> None:
         tracks.camera.sky_coordinates: "sky:+z.5f",
         "error": "error:.0e",
     }
-    out.print(table_of(tracks.events, columns))
+    out.print(table_of((*tracks.events, *tracks.ends), columns))

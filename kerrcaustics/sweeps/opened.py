@@ -100,6 +100,8 @@ def open_sweep(path: str | Path) -> "Dataset":
 
 def _store(path: str | Path) -> Store:
     check_name(path)
+    if not Path(path).exists():
+        raise ValueError(f"Argument `path` must name the store of a sweep, but {path} does not exist.")
     if not descriptions.root(Path(path)).is_file():
         raise ValueError(f"Argument `path` must name the store of a sweep, but {path} is none.")
     return Store(Path(path))

@@ -1,7 +1,4 @@
-"""The tables and keys of scene files in docs/scene_files.md: from the structs and the lines of their docstrings.
-
-python docs/scene_keys.py
-"""
+"""The tables and keys of scene files in Markdown: from the structs and the lines of their docstrings."""
 
 import inspect
 import re
@@ -19,7 +16,7 @@ VALUES = (GridTable, ValueAt)
 
 
 def described(table: type[msgspec.Struct]) -> dict[str, str]:
-    """Return the descriptions of the keys of a table, by key."""
+    """The descriptions of the keys of a table, by key."""
     found: dict[str, str] = {}
     for kind in reversed(table.__mro__[: table.__mro__.index(msgspec.Struct)]):
         lines = inspect.cleandoc(kind.__doc__ or "").partition("\n\n")[2]
@@ -28,7 +25,7 @@ def described(table: type[msgspec.Struct]) -> dict[str, str]:
 
 
 def members(hint: Any) -> list[Any]:
-    """Return the alternatives of a type."""
+    """The alternatives of a type."""
     if get_origin(hint) is Annotated:
         return members(get_args(hint)[0])
     if get_origin(hint) in (Union, types.UnionType):
@@ -37,13 +34,13 @@ def members(hint: Any) -> list[Any]:
 
 
 def inner_tables(hint: Any) -> list[type[SceneTable]]:
-    """Return the tables that a key of some type holds, alone or in a list."""
+    """The tables that a key of some type holds, alone or in a list."""
     parts = [part for one in members(hint) for part in (get_args(one) if get_origin(one) is tuple else (one,))]
     return [part for part in parts if isinstance(part, type) and issubclass(part, SceneTable) and part not in VALUES]
 
 
 def tables(table: type[SceneTable] = Contents, path: str = "") -> Iterator[tuple[str, type[SceneTable]]]:
-    """Yield each table of a scene file with its path, the outer ones first."""
+    """Each table of a scene file with its path, the outer ones first."""
     yield path, table
     for key, hint in get_type_hints(table).items():
         for inner in inner_tables(hint):
@@ -51,7 +48,7 @@ def tables(table: type[SceneTable] = Contents, path: str = "") -> Iterator[tuple
 
 
 def default(field: msgspec.structs.FieldInfo) -> str:
-    """Return what a key is if it is left out, as TOML has it; nothing if the description says so."""
+    """What a key is if it is left out, as TOML has it; nothing if the description says so."""
     value = field.default
     if isinstance(value, str) and value:
         return f'`"{value}"`'
@@ -67,12 +64,12 @@ def default(field: msgspec.structs.FieldInfo) -> str:
 
 
 def is_varied(hint: Any) -> bool:
-    """Return True if a value of some type may change with time."""
+    """True if a value of some type may change with time."""
     return set(members(Varied)) <= set(members(hint))
 
 
 def row(table: type[msgspec.Struct], field: msgspec.structs.FieldInfo) -> str:
-    """Return the row of a key: its name, what it means with the words that it may be, and its default."""
+    """The row of a key: its name, what it means with the words that it may be, and its default."""
     hint = get_type_hints(table)[field.name]
     parts = [part for one in members(hint) for part in (one, *get_args(one))]
     words = [f'`"{word}"`' for part in parts if get_origin(part) is Literal for word in get_args(part)]
@@ -84,13 +81,13 @@ def row(table: type[msgspec.Struct], field: msgspec.structs.FieldInfo) -> str:
 
 
 def key_table(table: type[msgspec.Struct]) -> str:
-    """Return the keys of a table in Markdown."""
+    """The keys of a table in Markdown."""
     head = ["| key | meaning | default |", "|---|---|---|"]
     return "\n".join(head + [row(table, field) for field in msgspec.structs.fields(table)])
 
 
 def key_tables() -> str:
-    """Return the tables of scene files with their keys, in Markdown."""
+    """The tables of scene files with their keys, in Markdown."""
     parts = []
     for path, table in tables():
         tag = table.__struct_config__.tag
@@ -100,7 +97,3 @@ def key_tables() -> str:
         parts.append(f"{name}{kind}{' '.join(summary.split())}")
         parts += [key_table(table)] if table.__struct_fields__ else []
     return "\n\n".join(parts)
-
-
-if __name__ == "__main__":
-    print(key_tables())
