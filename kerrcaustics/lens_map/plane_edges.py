@@ -1,0 +1,232 @@
+"""Images of circles in the equatorial plane next to the shadow edge, the horizon and infinity included.
+
+On a line across the shadow edge (sky_lines.py) the image of a circle lies where the Mino time to its radius is that to
+a crossing of the plane. No ray is traced. The curves are analytic, and held at even steps of a parameter chi, in which
+points are closer together where a viewer near the plane sees them change quickly:
+edge phase = chi - (1 - |cos i|) sin(2 chi) / 2.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from kerrcaustics.beams import calls
+from kerrcaustics.lens_map.sky_lines import Lines, lines_across
+from kerrcaustics.numerics import fourier
+from kerrcaustics.numerics.roots import bracketed_roots
+from kerrcaustics.shapes import Bool, Float, Int
+from kerrcaustics.spacetime.viewer import Viewer
+
+Array = np.ndarray
+
+CLOSEST = 1e-15
+"""Distance from the shadow edge, radians, below which a direction has no digits left."""
+
+MOST_NODES = 1024
+"""Largest number of lines on which a curve is searched for."""
+
+# Number of lines at first.
+_FIRST_NODES = 32
+# Least half width in ln |distance| of a bracket about a value that is interpolated between fewer lines.
+_BESIDE = 1e-9
+# Part of a line, from the shadow edge to its end, that is searched.
+_FARTHEST = 1 - 1e-9
+# Error of ln |distance| at which a search ends, before a step of Newton's method.
+_SEARCHED = 1e-8
+# Error of interpolation that ends the search for more nodes.
+_SMALL = 1e-10
+# Number of coefficients at the end of a Fourier series by which its error is judged.
+_LAST = 8
+# Ratio of the error of an interpolated distance to the largest of them: at most 11 over 2,112 curves of 384 viewers.
+_OF_TAIL = 20.0
+# Ratio of the same to the sum of the last quarter, which is more where coefficients fall slowly.
+_OF_QUARTER = 1.0
+# Rounding of a Mino time, relative.
+_OF_TIME = 2e-15
+# Rounding of a direction, radians.
+_OF_DIRECTION = 3e-16
+# Step of ln |distance| for slopes.
+_STEP = 1e-5
+
+
+class Circles(NamedTuple):
+    """Circles in the plane as rays see them at one of their crossings of it.
+
+    crossing: number of the crossing of each, from 1.
+    radius: radius of each, from that of the horizon to infinity.
+    """
+
+    crossing: Int[Array, " circles"]
+    radius: Float[Array, " circles"]
+
+
+class PlaneEdges(NamedTuple):
+    """The images of circles at even steps of chi.
+
+    distance: signed distance from the shadow edge, radians; NaN where a line meets none.
+    error: relative error of the distance.
+    slope: derivative of the gap of Mino times by ln |distance|, in the sense of growing distance: negative.
+    agrees: True for curves whose values on half as many lines agree with these.
+    """
+
+    distance: Float[Array, "lines circles"]
+    error: Float[Array, "lines circles"]
+    slope: Float[Array, "lines circles"]
+    agrees: Bool[Array, " circles"]
+
+
+def crossing_gap(
+    camera: Viewer, sky: Float[Array, "*batch 3"], crossing: Int[Array, "*#batch"], radius: Float[Array, "*#batch"]
+) -> Float[Array, "*batch"]:
+    """Mino time by which the n-th crossing of the plane lies within a radius; negative if beyond it.
+
+    Parameters: camera, at rest; sky, directions; radius, from that of the horizon to infinity. Rays that fall in before
+    the crossing count as within, those that escape before it as beyond. Errors: see crossing_formulas.py.
+    """
+    batch = sky.shape[:-1]
+    columns = [np.broadcast_to(np.asarray(part, float), batch).ravel() for part in (crossing, radius)]
+    return calls.crossing_gap(camera, sky.reshape(-1, 3), *columns).reshape(batch)
+
+
+def edge_phase_of(camera: Viewer, chi: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
+    """Edge phases at values of chi."""
+    return chi - _bend(camera) * np.sin(2 * chi) / 2
+
+
+def chi_of(camera: Viewer, edge_phase: Float[Array, "*batch"]) -> Float[Array, "*batch"]:
+    """The values of chi at edge phases: the inverse of `edge_phase_of`."""
+    flat, bend = np.asarray(edge_phase, float).ravel(), _bend(camera)
+    # Both are equal at the ends of each half turn.
+    start = np.floor(flat / np.pi) * np.pi
+
+    def excess(chi: Array, phase: Array) -> Array:
+        return chi - bend * np.sin(2 * chi) / 2 - phase
+
+    ends = np.full(len(flat), -0.1), np.full(len(flat), np.pi + 0.1)
+    return (start + bracketed_roots(excess, ends, (flat - start,), absolute=1e-15).x).reshape(np.shape(edge_phase))
+
+
+def _bend(camera: Viewer) -> float:
+    return 1 - abs(camera.cos_theta)
+
+
+def plane_edges(camera: Viewer, circles: Circles, most_nodes: int = MOST_NODES) -> PlaneEdges:
+    """The images of circles on as many lines as they need, or on the most.
+
+    Errors: of the distance, relative, the larger one of that of interpolation between the lines, by the end of its
+    Fourier series, and rounding.
+    """
+    count = _FIRST_NODES
+    before = distances(camera, lines_on(camera, count), circles)
+    while True:
+        count *= 2
+        lines = lines_on(camera, count)
+        distance = distances(camera, lines, circles, before)
+        tail = _tails(distance)
+        if 2 * count > most_nodes or not (tail > _SMALL).any():
+            break
+        before = distance
+    slope = _slopes(camera, lines, circles, distance)
+    error = tail + _rounding(camera, lines, circles, distance, slope)
+    with np.errstate(invalid="ignore"):
+        off = np.abs(interpolated(before, fourier.nodes(count)) / distance - 1).max(axis=0)
+    agrees = off <= _tails(before) + error.max(axis=0)
+    return PlaneEdges(distance, error, slope, agrees)
+
+
+def lines_on(camera: Viewer, count: int) -> Lines:
+    """Lines across the shadow edge at even steps of chi."""
+    return lines_across(camera, edge_phase_of(camera, fourier.nodes(count)))
+
+
+def distances(
+    camera: Viewer, lines: Lines, circles: Circles, fewer: Float[Array, "nodes circles"] | None = None
+) -> Float[Array, "lines circles"]:
+    """Signed distances from the shadow edge, radians, at which lines meet circles; NaN where they do not.
+
+    Parameters: fewer, the distances on half as many lines, next to which those on all lines lie, as a guess.
+    """
+    shape = len(lines), len(circles.radius)
+    row, column = (index.ravel() for index in np.indices(shape))
+    start, ahead = lines.start[row], lines.ahead[row]
+    crossing, radius = circles.crossing[column], circles.radius[column]
+    # If the crossing is within the circle just outside the shadow edge, its image lies farther out.
+    outside = crossing_gap(camera, _directions(start, ahead, np.full(len(row), CLOSEST)), crossing, radius) > 0
+    side, farthest = np.where(outside, 1.0, -1.0), np.where(outside, lines.last[row], -lines.first[row])
+
+    def gap(logarithm: Array, which: Array) -> Array:
+        of = which.astype(int)
+        return crossing_gap(
+            camera, _directions(start[of], ahead[of], side[of] * np.exp(logarithm)), crossing[of], radius[of]
+        )
+
+    low, high = np.full(len(row), math.log(CLOSEST)), np.log(_FARTHEST * farthest)
+    logarithm = np.full(len(row), np.nan)
+    if fewer is not None:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            guess = np.log(side * interpolated(fewer, fourier.nodes(len(lines))).ravel())
+        width = np.broadcast_to(_BESIDE + _tails(fewer), shape).ravel()
+        ends = np.fmax(guess - width, low), np.fmin(guess + width, high)
+        logarithm = bracketed_roots(gap, ends, (np.arange(len(row), dtype=float),), absolute=_SEARCHED).x
+    open_rows = np.flatnonzero(np.isnan(logarithm))
+    if len(open_rows):
+        ends = low[open_rows], high[open_rows]
+        logarithm[open_rows] = bracketed_roots(gap, ends, (open_rows.astype(float),), absolute=_SEARCHED).x
+    return _polished(camera, lines, circles, (side * np.exp(logarithm)).reshape(shape))
+
+
+def _polished(camera: Viewer, lines: Lines, circles: Circles, distance: Array) -> Float[Array, "lines circles"]:
+    """Distances after a step of Newton's method in ln |distance|."""
+    value = crossing_gap(camera, _directions(lines.start[:, None], lines.ahead[:, None], distance), *circles)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        step = np.nan_to_num(value / (np.sign(distance) * _slopes(camera, lines, circles, distance)))
+    return distance * np.exp(-np.clip(step, -2 * _SEARCHED, 2 * _SEARCHED))
+
+
+def interpolated(
+    distance: Float[Array, "lines circles"], chi: Float[Array, " places"]
+) -> Float[Array, "places circles"]:
+    """Distances at other values of chi, by their logarithms where they have one sign all round."""
+    held, signs = _as_series(distance)
+    values = fourier.values_at(fourier.coefficients(held), chi)
+    with np.errstate(over="ignore"):
+        return np.where(signs == 0, values, signs * np.exp(values))
+
+
+def _as_series(distance: Float[Array, "lines circles"]) -> tuple[Array, Array]:
+    """ln |distance| where it has one sign all round, else the distance itself; the signs, 0 for none."""
+    signs = np.sign(distance[0]) * (np.sign(distance) == np.sign(distance[0])).all(axis=0)
+    with np.errstate(divide="ignore"):
+        return np.where(signs == 0, distance, np.log(np.abs(distance))), signs
+
+
+def _tails(distance: Float[Array, "lines circles"]) -> Float[Array, " circles"]:
+    """Errors of interpolation, relative to the distance, by the ends of the Fourier series."""
+    held, signs = _as_series(distance)
+    sizes = np.abs(fourier.coefficients(held))
+    ends = np.maximum(_OF_TAIL * sizes[-_LAST:].max(axis=0), _OF_QUARTER * sizes[-len(sizes) // 4 :].sum(axis=0))
+    return ends / np.where(signs == 0, np.abs(distance).mean(axis=0), 1)
+
+
+def _slopes(camera: Viewer, lines: Lines, circles: Circles, distance: Array) -> Float[Array, "lines circles"]:
+    """Derivatives of the gap by ln |distance|, in the sense of growing distance."""
+    start, ahead = lines.start[:, None], lines.ahead[:, None]
+    beyond, before = (
+        crossing_gap(camera, _directions(start, ahead, distance * (1 + step)), *circles) for step in (_STEP, -_STEP)
+    )
+    return np.sign(distance) * (beyond - before) / (2 * _STEP)
+
+
+def _rounding(camera: Viewer, lines: Lines, circles: Circles, distance: Array, slope: Array) -> Array:
+    """Rounding of distances, relative to them."""
+    # Times are at most about this long: to the crossing, which is half a period later for each further one.
+    time = np.pi * (circles.crossing + 1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return _OF_TIME * time / np.abs(slope) + _OF_DIRECTION / np.abs(distance)
+
+
+def _directions(start: Array, ahead: Array, distance: Array) -> Float[Array, "*batch 3"]:
+    """Directions at distances along lines."""
+    sky = start * np.cos(distance)[..., None] + ahead * np.sin(distance)[..., None]
+    return sky / np.sqrt(np.einsum("...i,...i", sky, sky))[..., None]
