@@ -45,6 +45,7 @@ CALLS = [
     ),
     (kc.follow_star, {"cameras": [CAMERA], "star": STAR, "max_index": 1}),
     (kc.isoradials, {**SEES, "radii": [6.0], "crossings": 1, "points": 16}),
+    (kc.photon_rings, {"viewer": CAMERA, "max_order": 1, **RIMS}),
     (kc.Ball, {"size": 0.1}),
     (kc.Spot, {"size": 0.1, "crossings": 1, "power": 4.0, "points": 90}),
     (kc.light_curve, {**SEES, "orbit": 8.0, "times": 10, "size": 0.1, "crossings": 1}),

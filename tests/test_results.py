@@ -259,6 +259,7 @@ TWO_MEANINGS = {
     "ends": "of curves; events at which tracks end",
     "flux": "of a source; of a line profile, which is that of its disk",
     "magnification": "of a beam, without a unit; of images, which depends on viewer and surface",
+    "orbit": "of light curves in words; of photons its radius",
     "per_index": "numbers; contributions to a magnification",
     "total": "a number; a magnification",
     "source": "of light curves its kind; of magnifications its place",

@@ -7,6 +7,7 @@ edge phase = chi - (1 - |cos i|) sin(2 chi) / 2.
 """
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -34,8 +35,10 @@ _BESIDE = 1e-9
 _FARTHEST = 1 - 1e-9
 # Error of ln |distance| at which a search ends, before a step of Newton's method.
 _SEARCHED = 1e-8
-# Error of interpolation that ends the search for more nodes.
-_SMALL = 1e-10
+# Error of the same where that step fails, and the gap of times that shows it.
+_ABSOLUTE, _KINK = 2e-15, 5e-13
+# Error of interpolation that is small enough, and the one below which it is rounding unless it falls with more lines.
+_SMALL, _MAY_BE_ROUNDING = 1e-10, 1e-6
 # Number of coefficients at the end of a Fourier series by which its error is judged.
 _LAST = 8
 # Ratio of the error of an interpolated distance to the largest of them: at most 11 over 2,112 curves of 384 viewers.
@@ -46,8 +49,10 @@ _OF_QUARTER = 1.0
 _OF_TIME = 2e-15
 # Rounding of a direction, radians.
 _OF_DIRECTION = 3e-16
-# Step of ln |distance| for slopes.
-_STEP = 1e-5
+# Least and largest step of ln |distance| for slopes.
+_STEP, _LARGEST_STEP = 1e-5, 0.1
+# Least step over the rounding of a direction, relative to the distance.
+_OVER_ROUNDING = 300.0
 
 
 class Circles(NamedTuple):
@@ -65,7 +70,7 @@ class PlaneEdges(NamedTuple):
     """The images of circles at even steps of chi.
 
     distance: signed distance from the shadow edge, radians; NaN where a line meets none.
-    error: relative error of the distance.
+    error: error of the distance, radians.
     slope: derivative of the gap of Mino times by ln |distance|, in the sense of growing distance: negative.
     agrees: True for curves whose values on half as many lines agree with these.
     """
@@ -114,8 +119,8 @@ def _bend(camera: Viewer) -> float:
 def plane_edges(camera: Viewer, circles: Circles, most_nodes: int = MOST_NODES) -> PlaneEdges:
     """The images of circles on as many lines as they need, or on the most.
 
-    Errors: of the distance, relative, the larger one of that of interpolation between the lines, by the end of its
-    Fourier series, and rounding.
+    Errors: of the distance, the sum of that of interpolation between the lines, by the end of its Fourier series, and
+    of rounding. There are enough lines when the first one is small, or no longer falls.
     """
     count = _FIRST_NODES
     before = distances(camera, lines_on(camera, count), circles)
@@ -124,15 +129,16 @@ def plane_edges(camera: Viewer, circles: Circles, most_nodes: int = MOST_NODES) 
         lines = lines_on(camera, count)
         distance = distances(camera, lines, circles, before)
         tail = _tails(distance)
-        if 2 * count > most_nodes or not (tail > _SMALL).any():
+        more = (tail > _SMALL) & ((tail < _tails(before) / 2) | (tail > _MAY_BE_ROUNDING))
+        if 2 * count > most_nodes or not more.any():
             break
         before = distance
     slope = _slopes(camera, lines, circles, distance)
-    error = tail + _rounding(camera, lines, circles, distance, slope)
-    with np.errstate(invalid="ignore"):
-        off = np.abs(interpolated(before, fourier.nodes(count)) / distance - 1).max(axis=0)
-    agrees = off <= _tails(before) + error.max(axis=0)
-    return PlaneEdges(distance, error, slope, agrees)
+    rounding = _rounding(circles, distance, slope)
+    off = np.abs(interpolated(before, fourier.nodes(count)) - distance)
+    scale, coarse = _scale(distance), _tails(before) * _scale(before).max(axis=0)
+    agrees = (off <= coarse + tail * scale + rounding).all(axis=0)
+    return PlaneEdges(distance, tail * scale + rounding, slope, agrees)
 
 
 def lines_on(camera: Viewer, count: int) -> Lines:
@@ -162,26 +168,33 @@ def distances(
         )
 
     low, high = np.full(len(row), math.log(CLOSEST)), np.log(_FARTHEST * farthest)
-    logarithm = np.full(len(row), np.nan)
+    logarithm, rows = np.full(len(row), np.nan), np.arange(len(row), dtype=float)
     if fewer is not None:
         with np.errstate(divide="ignore", invalid="ignore"):
             guess = np.log(side * interpolated(fewer, fourier.nodes(len(lines))).ravel())
         width = np.broadcast_to(_BESIDE + _tails(fewer), shape).ravel()
         ends = np.fmax(guess - width, low), np.fmin(guess + width, high)
-        logarithm = bracketed_roots(gap, ends, (np.arange(len(row), dtype=float),), absolute=_SEARCHED).x
-    open_rows = np.flatnonzero(np.isnan(logarithm))
-    if len(open_rows):
-        ends = low[open_rows], high[open_rows]
-        logarithm[open_rows] = bracketed_roots(gap, ends, (open_rows.astype(float),), absolute=_SEARCHED).x
-    return _polished(camera, lines, circles, (side * np.exp(logarithm)).reshape(shape))
+        logarithm = bracketed_roots(gap, ends, (rows,), absolute=_SEARCHED).x
+    missing = np.flatnonzero(np.isnan(logarithm))
+    if len(missing):
+        ends = low[missing], high[missing]
+        logarithm[missing] = bracketed_roots(gap, ends, (rows[missing],), absolute=_SEARCHED).x
+    return (side * np.exp(_polished(gap, logarithm, rows))).reshape(shape)
 
 
-def _polished(camera: Viewer, lines: Lines, circles: Circles, distance: Array) -> Float[Array, "lines circles"]:
-    """Distances after a step of Newton's method in ln |distance|."""
-    value = crossing_gap(camera, _directions(lines.start[:, None], lines.ahead[:, None], distance), *circles)
+def _polished(gap: Callable[[Array, Array], Array], logarithm: Array, rows: Array) -> Float[Array, " roots"]:
+    """Roots in ln |distance| by a step of Newton's method, or where that fails by a longer search."""
+    step = _steps(np.exp(logarithm))
+    value, beyond, before = (gap(logarithm + move, rows) for move in (0.0, step, -step))
     with np.errstate(divide="ignore", invalid="ignore"):
-        step = np.nan_to_num(value / (np.sign(distance) * _slopes(camera, lines, circles, distance)))
-    return distance * np.exp(-np.clip(step, -2 * _SEARCHED, 2 * _SEARCHED))
+        moved = logarithm - np.clip(value * 2 * step / (beyond - before), -2 * _SEARCHED, 2 * _SEARCHED)
+    # At a turning point the gap has a kink.
+    bent = np.flatnonzero(np.abs(gap(moved, rows)) > _KINK + 0.01 * np.abs(value))
+    if len(bent):
+        ends = logarithm[bent] - 2 * _SEARCHED, logarithm[bent] + 2 * _SEARCHED
+        found = bracketed_roots(gap, ends, (rows[bent],), absolute=_ABSOLUTE)
+        moved[bent] = np.where(found.found, found.x, moved[bent])
+    return moved
 
 
 def interpolated(
@@ -209,21 +222,34 @@ def _tails(distance: Float[Array, "lines circles"]) -> Float[Array, " circles"]:
     return ends / np.where(signs == 0, np.abs(distance).mean(axis=0), 1)
 
 
+def _scale(distance: Float[Array, "lines circles"]) -> Float[Array, "lines circles"]:
+    """Distances to which errors of interpolation are relative: the mean where they change their sign."""
+    _, signs = _as_series(distance)
+    return np.where(signs == 0, np.abs(distance).mean(axis=0), np.abs(distance))
+
+
 def _slopes(camera: Viewer, lines: Lines, circles: Circles, distance: Array) -> Float[Array, "lines circles"]:
     """Derivatives of the gap by ln |distance|, in the sense of growing distance."""
     start, ahead = lines.start[:, None], lines.ahead[:, None]
+    step = _steps(distance)
     beyond, before = (
-        crossing_gap(camera, _directions(start, ahead, distance * (1 + step)), *circles) for step in (_STEP, -_STEP)
+        crossing_gap(camera, _directions(start, ahead, distance * np.exp(move)), *circles) for move in (step, -step)
     )
-    return np.sign(distance) * (beyond - before) / (2 * _STEP)
+    return np.sign(distance) * (beyond - before) / (2 * step)
 
 
-def _rounding(camera: Viewer, lines: Lines, circles: Circles, distance: Array, slope: Array) -> Array:
-    """Rounding of distances, relative to them."""
+def _steps(distance: Array) -> Array:
+    """Steps of ln |distance| for slopes, longer where a direction has few digits."""
+    with np.errstate(divide="ignore"):
+        return np.clip(_OVER_ROUNDING * _OF_DIRECTION / np.abs(distance), _STEP, _LARGEST_STEP)
+
+
+def _rounding(circles: Circles, distance: Array, slope: Array) -> Float[Array, "lines circles"]:
+    """Rounding of distances, radians."""
     # Times are at most about this long: to the crossing, which is half a period later for each further one.
     time = np.pi * (circles.crossing + 1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return _OF_TIME * time / np.abs(slope) + _OF_DIRECTION / np.abs(distance)
+        return _OF_TIME * time * np.abs(distance / slope) + _OF_DIRECTION
 
 
 def _directions(start: Array, ahead: Array, distance: Array) -> Float[Array, "*batch 3"]:

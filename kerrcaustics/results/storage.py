@@ -44,6 +44,8 @@ HOMES = {
     "tracks.circles": "CircleCurve CircleImages",
     "extended_sources.magnification": "LimbImage Magnification",
     "tracks.lines": "LineCrossings",
+    "rings.band_edge": "BandEdge",
+    "rings.results": "RingEdge PhotonBand PhotonRings",
     "waves.amplification": "Amplification",
     "waves.pattern": "DiffractionPattern",
     "light_curves.results": "SourceEvent SpotEvent LightCurve",
