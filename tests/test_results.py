@@ -261,6 +261,8 @@ TWO_MEANINGS = {
     "magnification": "of a beam, without a unit; of images, which depends on viewer and surface",
     "orbit": "of light curves in words; of photons its radius",
     "per_index": "numbers; contributions to a magnification",
+    "real": "parts of a field; of a visibility, an area times a brightness",
+    "imaginary": "as real",
     "total": "a number; a magnification",
     "source": "of light curves its kind; of magnifications its place",
     "size": "a length; along the surface of a source",

@@ -63,6 +63,7 @@ PLOTS: dict[str, str] = {
     "StarTracks": "sky_results.all_tracks",
     "TracedView": "light_results.traced_view",
     "Track": "sky_results.one_track",
+    "Visibilities": "ring_results.visibility_amplitude",
     "View": "sky_results.picture_border",
     "VolumeRendering": "light_results.rendering",
 }

@@ -11,6 +11,7 @@ from kerrcaustics.draw.sky_axes import name_sky_axes
 from kerrcaustics.draw.sky_results import labelled_once, shadow
 from kerrcaustics.rings.band_edge import BandEdge
 from kerrcaustics.rings.results import PhotonBand, PhotonRings, RingEdge
+from kerrcaustics.rings.visibility import Visibilities
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -50,6 +51,22 @@ def exponents_along_edge(ax: Axes, edge: RingEdge) -> Axes:
     ax.set(xlabel="edge phase (deg; 0 prograde end, 180 retrograde end)", ylabel="for each order")
     ax.legend()
     return ax
+
+
+def visibility_amplitude(ax: Axes, visibilities: Visibilities) -> Axes:
+    """The modulus against the length of the baseline, one colour an order, with a band as wide as its errors."""
+    length = np.hypot(visibilities.u, visibilities.v)
+    rows = np.argsort(length)
+    for number, order in enumerate(visibilities.order.tolist()):
+        size, error = np.abs(visibilities.value[number])[rows], visibilities.error[number][rows]
+        colour = style.crossing_colour(order + 1)
+        ax.plot(length[rows], size, color=colour, linewidth=0.8, label=f"n = {order}")
+        ax.fill_between(length[rows], np.maximum(size - error, 0), size + error, color=colour, **_BAND)
+    unit = r"G$\lambda$" if visibilities.unit == "giga-wavelengths" else "1/M"
+    ax.set(xlabel=f"length of the baseline ({unit})", ylabel=r"$|V|$ ($M^2$)")
+    if (length > 0).any() and (np.abs(visibilities.value) > 0).any():
+        ax.set(yscale="log")
+    return labelled_once(ax)
 
 
 def _draw_bands(ax: Axes, bands: Iterable[PhotonBand]) -> None:

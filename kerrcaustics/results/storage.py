@@ -45,6 +45,7 @@ HOMES = {
     "extended_sources.magnification": "LimbImage Magnification",
     "tracks.lines": "LineCrossings",
     "rings.band_edge": "BandEdge",
+    "rings.visibility": "Visibilities",
     "rings.results": "RingEdge PhotonBand PhotonRings",
     "waves.amplification": "Amplification",
     "waves.pattern": "DiffractionPattern",
