@@ -214,8 +214,14 @@ BAD = [
     (lambda: kc.ring_visibility(rings_of(VIEWER), 1, 1, motion="up"), "`motion` must be one of circular"),
     (lambda: kc.ring_visibility(rings_of(VIEWER), 1, 1, scale=3.0), "`scale` must be a PhysicalScale"),
     (lambda: kc.ring_visibility(rings_of(VIEWER), 1, 1, scale=kc.PhysicalScale(1e9)), "`distance` must be given"),
-    (lambda: kc.ring_visibility(rings_of(VIEWER), 1e6, 0), "must be shorter: a baseline of 1e+06 cycles per M needs"),
-    (lambda: kc.ring_visibility(rings_of(VIEWER), 500, 0, order=1, brightness=glow), "must be shorter: they need"),
+    (
+        lambda: kc.ring_visibility(rings_of(VIEWER), 1e6, 0),
+        "must make shorter baselines: one of 1e+06 cycles per M needs",
+    ),
+    (
+        lambda: kc.ring_visibility(rings_of(VIEWER), 500, 0, order=1, brightness=glow),
+        "must make shorter baselines: they need",
+    ),
     (
         lambda: kc.ring_visibility(rings_of(VIEWER), 0, 0, order=1, brightness=lambda r, p, g: r[:3]),
         "one number for each",

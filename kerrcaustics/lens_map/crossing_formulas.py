@@ -36,8 +36,9 @@ def crossing_gap(frame: Frame, sky: tuple[Any, Any, Any], crossing: Any, radius:
     rising = radial.mino_time_to(frame, photon, quartic, finite, jnp.ones_like(captured))
     falling = radial.mino_time_to(frame, photon, quartic, finite, jnp.zeros_like(captured))
     plane = mino_time_to_plane(frame, photon, crossing)
-    # Past a turning point above the viewer a ray falls in; past one below it escapes.
-    above_roots = reached & (finite - 1 > quartic.lift)
+    # Past a turning point above the viewer a ray falls in; past one below it escapes. Beside the rays that just reach
+    # the circle both times are that to the turning point.
+    above_roots = finite - 1 > quartic.lift
     from_outside = jnp.where(
         captured,
         plane - falling,

@@ -3,7 +3,7 @@
 On a line across the shadow edge (sky_lines.py) the image of a circle lies where the Mino time to its radius is that to
 a crossing of the plane. No ray is traced. The curves are analytic, and held at even steps of a parameter chi, in which
 points are closer together where a viewer near the plane sees them change quickly:
-edge phase = chi - (1 - |cos i|) sin(2 chi) / 2.
+edge phase = chi - (1 - |cos i|) sin(2 chi) / 2; in the plane, where it need not, with 1/2.
 """
 
 import math
@@ -27,6 +27,8 @@ CLOSEST = 1e-15
 MOST_NODES = 1024
 """Largest number of lines on which a curve is searched for."""
 
+# The factor of sin(2 chi) / 2 for viewers in the plane.
+_IN_PLANE = 0.5
 # Number of lines at first.
 _FIRST_NODES = 32
 # Least half width in ln |distance| of a bracket about a value that is interpolated between fewer lines.
@@ -37,6 +39,8 @@ _FARTHEST = 1 - 1e-9
 _SEARCHED = 1e-8
 # Error of the same where that step fails, and the gap of times that shows it.
 _ABSOLUTE, _KINK = 2e-15, 5e-13
+# The same, relative to the gap before the step.
+_POOR = 1e-6
 # Error of interpolation that is small enough, and the one below which it is rounding unless it falls with more lines.
 _SMALL, _MAY_BE_ROUNDING = 1e-10, 1e-6
 # Number of coefficients at the end of a Fourier series by which its error is judged.
@@ -45,10 +49,14 @@ _LAST = 8
 _OF_TAIL = 20.0
 # Ratio of the same to the sum of the last quarter, which is more where coefficients fall slowly.
 _OF_QUARTER = 1.0
+# Rounding of a sum of a Fourier series, relative.
+_OF_SERIES = 4e-15
 # Rounding of a Mino time, relative.
 _OF_TIME = 2e-15
 # Rounding of a direction, radians.
 _OF_DIRECTION = 3e-16
+# Ratio of the error by rounding to what a gap at a root shows of it.
+_OF_GAP = 3.0
 # Least and largest step of ln |distance| for slopes.
 _STEP, _LARGEST_STEP = 1e-5, 0.1
 # Least step over the rounding of a direction, relative to the distance.
@@ -113,7 +121,8 @@ def chi_of(camera: Viewer, edge_phase: Float[Array, "*batch"]) -> Float[Array, "
 
 
 def _bend(camera: Viewer) -> float:
-    return 1 - abs(camera.cos_theta)
+    # In the plane curves are smooth in the edge phase too, and next to 0 and pi rays have no digits.
+    return _IN_PLANE if camera.on_equator else 1 - abs(camera.cos_theta)
 
 
 def plane_edges(camera: Viewer, circles: Circles, most_nodes: int = MOST_NODES) -> PlaneEdges:
@@ -134,7 +143,8 @@ def plane_edges(camera: Viewer, circles: Circles, most_nodes: int = MOST_NODES) 
             break
         before = distance
     slope = _slopes(camera, lines, circles, distance)
-    rounding = _rounding(circles, distance, slope)
+    left = crossing_gap(camera, _directions(lines.start[:, None], lines.ahead[:, None], distance), *circles)
+    rounding = _rounding(circles, distance, slope, left)
     off = np.abs(interpolated(before, fourier.nodes(count)) - distance)
     scale, coarse = _scale(distance), _tails(before) * _scale(before).max(axis=0)
     agrees = (off <= coarse + tail * scale + rounding).all(axis=0)
@@ -189,7 +199,7 @@ def _polished(gap: Callable[[Array, Array], Array], logarithm: Array, rows: Arra
     with np.errstate(divide="ignore", invalid="ignore"):
         moved = logarithm - np.clip(value * 2 * step / (beyond - before), -2 * _SEARCHED, 2 * _SEARCHED)
     # At a turning point the gap has a kink.
-    bent = np.flatnonzero(np.abs(gap(moved, rows)) > _KINK + 0.01 * np.abs(value))
+    bent = np.flatnonzero(np.abs(gap(moved, rows)) > _KINK + _POOR * np.abs(value))
     if len(bent):
         ends = logarithm[bent] - 2 * _SEARCHED, logarithm[bent] + 2 * _SEARCHED
         found = bracketed_roots(gap, ends, (rows[bent],), absolute=_ABSOLUTE)
@@ -219,7 +229,7 @@ def _tails(distance: Float[Array, "lines circles"]) -> Float[Array, " circles"]:
     held, signs = _as_series(distance)
     sizes = np.abs(fourier.coefficients(held))
     ends = np.maximum(_OF_TAIL * sizes[-_LAST:].max(axis=0), _OF_QUARTER * sizes[-len(sizes) // 4 :].sum(axis=0))
-    return ends / np.where(signs == 0, np.abs(distance).mean(axis=0), 1)
+    return _OF_SERIES + ends / np.where(signs == 0, np.abs(distance).mean(axis=0), 1)
 
 
 def _scale(distance: Float[Array, "lines circles"]) -> Float[Array, "lines circles"]:
@@ -244,12 +254,13 @@ def _steps(distance: Array) -> Array:
         return np.clip(_OVER_ROUNDING * _OF_DIRECTION / np.abs(distance), _STEP, _LARGEST_STEP)
 
 
-def _rounding(circles: Circles, distance: Array, slope: Array) -> Float[Array, "lines circles"]:
-    """Rounding of distances, radians."""
+def _rounding(circles: Circles, distance: Array, slope: Array, left: Array) -> Float[Array, "lines circles"]:
+    """Rounding of distances, radians; left, the gaps there, which show more of it beside turning points."""
     # Times are at most about this long: to the crossing, which is half a period later for each further one.
     time = np.pi * (circles.crossing + 1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return _OF_TIME * time * np.abs(distance / slope) + _OF_DIRECTION
+        change = np.abs(distance / slope)
+        return _OF_TIME * time * change + _OF_GAP * (np.abs(left) * change).max(axis=0) + _OF_DIRECTION
 
 
 def _directions(start: Array, ahead: Array, distance: Array) -> Float[Array, "*batch 3"]:

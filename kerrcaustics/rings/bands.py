@@ -173,11 +173,12 @@ class _BandSearch:
         return not len(self._columns(order, self.radii[1]))
 
     def _columns(self, order: int, radius: float) -> list[int]:
-        """The images from which an edge is made: in the plane two, but for the direct image."""
-        crossings = [order + 1, order] if self.sky.viewer.on_equator else [order + 1]
+        """The images from which an edge is made: in the plane two, but for the direct image; none if one is missing."""
+        crossings = [order + 1, order] if self.sky.viewer.on_equator and order else [order + 1]
         which = zip(self.circles.crossing.tolist(), self.circles.radius.tolist(), strict=True)
         places = {key: column for column, key in enumerate(which)}
-        return [places[crossing, radius] for crossing in crossings if (crossing, radius) in places]
+        columns = [places[crossing, radius] for crossing in crossings if (crossing, radius) in places]
+        return columns if len(columns) == len(crossings) else []
 
     def _doubts(self, order: int, radius: float) -> Iterator[str]:
         """What speaks against an edge."""

@@ -67,8 +67,8 @@ def light_nodes(
     rays = count * (len(radii) + 1) * len(rule)
     if rays > most_rays:
         raise ValueError(
-            f"Arguments `u` and `v` must be shorter: they need {rays} rays between the edges of order {inner.order}, "
-            f"and {most_rays} is the limit."
+            f"Argument `u` must make shorter baselines: they need {rays} rays between the edges of order "
+            f"{inner.order}, and {most_rays} is the limit."
         )
     lines = lines_of(inner, count)
     ends = _ends(inner, outer, lines, radii)

@@ -307,6 +307,6 @@ def _check_count(needed: Float[Array, " n"], most: int, what: str, size: Float[A
     if needed.max() > most:
         longest = size.max() / (2 * math.pi)
         raise ValueError(
-            f"Arguments `u` and `v` must be shorter: a baseline of {longest:.4g} cycles per M needs {needed.max():.3g} "
+            f"Argument `u` must make shorter baselines: one of {longest:.4g} cycles per M needs {needed.max():.3g} "
             f"{what}, and {most} is the limit."
         )
