@@ -47,8 +47,8 @@ _SMALL, _MAY_BE_ROUNDING = 1e-10, 1e-6
 _LAST = 8
 # Ratio of the error of an interpolated distance to the largest of them: at most 11 over 2,112 curves of 384 viewers.
 _OF_TAIL = 20.0
-# Ratio of the same to the sum of the last quarter, which is more where coefficients fall slowly.
-_OF_QUARTER = 1.0
+# Largest ratio of one quarter of the coefficients to the one before, and the least number that divides.
+_SLOWEST, _TINY = 0.9, 1e-300
 # Rounding of a sum of a Fourier series, relative.
 _OF_SERIES = 4e-15
 # Rounding of a Mino time, relative.
@@ -228,7 +228,11 @@ def _tails(distance: Float[Array, "lines circles"]) -> Float[Array, " circles"]:
     """Errors of interpolation, relative to the distance, by the ends of the Fourier series."""
     held, signs = _as_series(distance)
     sizes = np.abs(fourier.coefficients(held))
-    ends = np.maximum(_OF_TAIL * sizes[-_LAST:].max(axis=0), _OF_QUARTER * sizes[-len(sizes) // 4 :].sum(axis=0))
+    # What is left out, where coefficients go on to fall as they did over the last two quarters, counts twice.
+    *_, third, fourth = (part.sum(axis=0) for part in np.array_split(sizes, 4))
+    fall = np.minimum(fourth / np.maximum(third, _TINY), _SLOWEST)
+    beyond = np.maximum(2 * fourth * fall / (1 - fall), fourth)
+    ends = np.maximum(_OF_TAIL * sizes[-_LAST:].max(axis=0), beyond)
     return _OF_SERIES + ends / np.where(signs == 0, np.abs(distance).mean(axis=0), 1)
 
 
