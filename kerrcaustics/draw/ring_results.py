@@ -59,7 +59,7 @@ def visibility_amplitude(ax: Axes, visibilities: Visibilities) -> Axes:
     rows = np.argsort(length)
     for number, order in enumerate(visibilities.order.tolist()):
         size, error = np.abs(visibilities.value[number])[rows], visibilities.error[number][rows]
-        colour = style.crossing_colour(order + 1)
+        colour = style.crossing_colour(int(order) + 1)
         ax.plot(length[rows], size, color=colour, linewidth=0.8, label=f"n = {order}")
         ax.fill_between(length[rows], np.maximum(size - error, 0), size + error, color=colour, **_BAND)
     unit = r"G$\lambda$" if visibilities.unit == "giga-wavelengths" else "1/M"
