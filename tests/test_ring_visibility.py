@@ -207,6 +207,7 @@ BAD = [
     (lambda: kc.ring_visibility(None, 1, 1), "`rings` must be a PhotonRings"),
     (lambda: kc.ring_visibility(rings_of(kc.Camera(0.9, 6.0)), 1, 1), "must be those of an Observer"),
     (lambda: kc.ring_visibility(rings_of(VIEWER), [1, 2], [1, 2, 3]), "`v` must have the shape of `u`, (2,)"),
+    (lambda: kc.ring_visibility(rings_of(VIEWER), 1, 1, position_angle=math.nan), "`position_angle` must be a finite"),
     (lambda: kc.ring_visibility(rings_of(VIEWER), math.nan, 1), "`u` must hold finite numbers"),
     (lambda: kc.ring_visibility(rings_of(VIEWER), 1, 1, order=2), "`order` must be a whole number from 0 to 1"),
     (lambda: kc.ring_visibility(rings_of(VIEWER), 1, 1, order=0), "take photon_rings with a finite `outer`"),

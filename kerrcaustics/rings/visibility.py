@@ -19,9 +19,9 @@ from kerrcaustics.rings.band_edge import BandEdge, EdgeNodes, edge_nodes
 from kerrcaustics.rings.results import PhotonBand, PhotonRings, both_edges
 from kerrcaustics.rings.ring_light import LightNodes, light_nodes
 from kerrcaustics.shapes import Complex, Float
-from kerrcaustics.spacetime.checks import instance_of, numbers, one_of, real_number, whole_number
+from kerrcaustics.spacetime.checks import instance_of, numbers, one_of, whole_number
 from kerrcaustics.spacetime.observer import Observer
-from kerrcaustics.spacetime.viewer import Viewer
+from kerrcaustics.spacetime.viewer import Viewer, finite_number
 
 Array = np.ndarray
 
@@ -149,7 +149,7 @@ def ring_visibility(
         raise ValueError("Argument `brightness` must be a function of radius, azimuth and frequency ratio, or None.")
     one_of("motion", motion, EMITTERS)
     east, north, unit = _baselines(u, v, scale)
-    turn = real_number("position_angle", position_angle)
+    turn = finite_number("position_angle", position_angle)
     bands = _bands_of_order(rings, order)
     # Alpha points to the west where the spin axis points north.
     turned = np.stack(
