@@ -298,7 +298,7 @@ def test_far_cameras_see_what_observers_see():
 
 
 BAD = [
-    (lambda: kc.photon_rings(None), "`camera` must be a Camera or an Observer"),
+    (lambda: kc.photon_rings(None), "`viewer` must be a Camera or an Observer"),
     (lambda: kc.photon_rings(observer(0.9, 40), max_order=10), "`max_order` must be a whole number from 0 to 9"),
     (lambda: kc.photon_rings(observer(0.9, 40), inner="rim"), '`inner` must be a radius, "isco" or None'),
     (

@@ -22,7 +22,7 @@ from kerrcaustics.rings.results import PhotonBand, PhotonRings, RingEdge
 from kerrcaustics.rings.shape import Area, area_between, centroid_of
 from kerrcaustics.shapes import Bool, Float
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import quoted, real_number, whole_number
+from kerrcaustics.spacetime.checks import argument_named, quoted, real_number, whole_number
 from kerrcaustics.spacetime.frame import photon_of
 from kerrcaustics.spacetime.observer import Observer
 from kerrcaustics.spacetime.photon_shell import exponents
@@ -37,6 +37,7 @@ _NEAR_PLANE = 1e-3
 
 
 @usual_warnings
+@argument_named("camera", "viewer")
 def photon_rings(
     viewer: Viewer, *, max_order: int = 3, inner: float | str | None = None, outer: float = math.inf
 ) -> PhotonRings:
@@ -235,7 +236,7 @@ def _remarks(viewer: Viewer, count: int) -> Iterator[str]:
     """Remarks on the place of the viewer."""
     off_plane = abs(viewer.inclination - math.pi / 2)
     if viewer.on_equator:
-        yield "the viewer lies in the plane: the bands are their limit from the north"
+        yield "the viewer lies in the plane: the bands are the limit from the north"
     elif off_plane < _NEAR_PLANE:
         yield f"the viewer is within {off_plane:.1e} rad of the plane, along which edges run: {count} lines were used"
     if kerr.static_slowness(viewer.spin, min(viewer.radius, 1e9), viewer.cos_theta) <= 0:
