@@ -9,7 +9,7 @@ from kerrcaustics.draw import style
 from kerrcaustics.draw.projection import about_shadow
 from kerrcaustics.draw.sky_axes import name_sky_axes
 from kerrcaustics.draw.sky_results import labelled_once, shadow
-from kerrcaustics.rings.band_edge import BandEdge
+from kerrcaustics.rings.band_edge import BandEdge, has_point
 from kerrcaustics.rings.results import PhotonBand, PhotonRings, RingEdge
 from kerrcaustics.rings.visibility import Visibilities
 from kerrcaustics.shapes import Float
@@ -72,12 +72,17 @@ def visibility_amplitude(ax: Axes, visibilities: Visibilities) -> Axes:
 def _draw_bands(ax: Axes, bands: Iterable[PhotonBand]) -> None:
     for band in bands:
         colour, name = style.crossing_colour(band.order + 1), f"n = {band.order}"
-        curves = [_closed(band.camera, edge.sky) for edge in band.rims]
+        curves = [_closed(band.camera, _drawn(edge)) for edge in band.rims]
         if len(curves) == 2:
             ring = np.concatenate([curves[1], curves[0][::-1]])
             ax.fill(*ring.T, facecolor=colour, label=name, **_BAND)
         for curve in curves:
             ax.plot(*curve.T, color=colour, linewidth=0.8, label=name if len(curves) == 1 else None)
+
+
+def _drawn(edge: BandEdge) -> Float[Array, "m axes"]:
+    """The points of an edge; the upper half where the lower one is a single point."""
+    return edge.sky[: len(edge.sky) // 2] if has_point(edge) else edge.sky
 
 
 def _closed(camera: Viewer, sky: Float[Array, "n axes"]) -> Float[Array, "m 2"]:
