@@ -12,8 +12,8 @@ LOCKED := $(VENV)/.locked
 READY := $(VENV)/.ready
 OBJECTS := kerrcaustics/beams/kernels/objects
 COMPILED := $(OBJECTS)/.sources
-SOURCES := $(shell find kerrcaustics/beams kerrcaustics/spacetime kerrcaustics/lens_map/newton_formulas.py \
-	kerrcaustics/lens_map/newton_limits.py kerrcaustics/waves/wave_formulas.py \
+SOURCES := $(shell find kerrcaustics/beams kerrcaustics/spacetime kerrcaustics/lens_map/crossing_formulas.py \
+	kerrcaustics/lens_map/newton_formulas.py kerrcaustics/lens_map/newton_limits.py kerrcaustics/waves/wave_formulas.py \
 	$(wildcard kerrcaustics/scenes/*_formulas.py kerrcaustics/scenes/disk/*_formulas.py) \
 	-name '*.py' -o -name '*.h' -o -name '*.cc')
 # Sources that were renamed, added or removed since the kernels were compiled, whatever their dates.

@@ -29,6 +29,7 @@ DRAWN_BY = {
     "front_tubes.png": ["docs/make_media.py:front_tubes", "figures/space_caustic_tubes.py"],
     "count_map_r2.6.png": ["figures/count_map.py"],
     "disk_caustics.png": ["figures/disk_caustics.py"],
+    "photon_ring_ladder.png": ["figures/photon_ring_ladder.py"],
     "tracks_r6.03.png": ["kerrcaustics/draw/track_figure.py"],
     "scene_file.png": ["docs/scene_files.md"],
     "scene_film.webp": ["docs/scene_files.md"],

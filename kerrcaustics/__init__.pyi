@@ -23,6 +23,8 @@ from .orbits.orbit import Orbit as Orbit
 from .results.datasets import to_xarray as to_xarray
 from .results.records import record as record
 from .results.storage import load as load, save as save
+from .rings.bands import photon_rings as photon_rings
+from .rings.visibility import ring_visibility as ring_visibility
 from .scene_files.scene_file import SceneFile as SceneFile
 from .scenes.disk.profile import line_profile as line_profile
 from .scenes.render import render as render

@@ -168,6 +168,7 @@ CALLS: dict[str, Callable[[Cell], Any]] = {
         viewer_named(c.viewer), directions(c.viewer), time=True, **CONSTANTS, **where(c)
     ),
     "isoradials": lambda c: kc.isoradials(viewer_named(c.viewer), [9.0], 1, 60, time=True, **own_plane(c)),
+    "photon_rings": lambda c: kc.photon_rings(viewer_named(c.viewer), max_order=1, outer=9.0, **own_plane(c)),
     "light_curve": lambda c: kc.light_curve(
         viewer_named(c.viewer), 9.0, 8, source=kc.Spot(crossings=1, points=60), **own_plane(c)
     ),
@@ -214,7 +215,7 @@ class Gap(NamedTuple):
 
 EVERY = tuple(CALLS)
 OF_SOURCES = ("caustics", "star_images", "image_counts", "count_map", "pair_events", "star_tracks")
-DISKS = ("isoradials", "light_curve", "line_profile")
+DISKS = ("isoradials", "photon_rings", "light_curve", "line_profile")
 PICTURES = ("render", "render_volume")
 # Analyses whose surface is no argument `end`.
 OF_MATTER = (*DISKS, *PICTURES)

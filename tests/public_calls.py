@@ -11,6 +11,7 @@ SEES, ENDS = {"camera": CAMERA}, {"camera": CAMERA, "max_index": 1, "end": 30.0}
 IN_PLANE = {"camera": CAMERA, "max_index": 1, "end": PLANE}
 RAYS = {"camera": CAMERA, "sky": SKY, "tolerance": 1e-10, "end": 20.0}
 RIMS = {"inner": 6.0, "outer": 10.0}
+RINGS = kc.photon_rings(kc.Observer(spin=0.9, inclination=1.2), max_order=1)
 # Functions, and arguments with which they work.
 CALLS = [
     (kc.Camera, {"spin": 0.9, "radius": 10.0, "inclination": 1.2, "velocity": (0.1, 0.0, 0.0)}),
@@ -45,6 +46,8 @@ CALLS = [
     ),
     (kc.follow_star, {"cameras": [CAMERA], "star": STAR, "max_index": 1}),
     (kc.isoradials, {**SEES, "radii": [6.0], "crossings": 1, "points": 16}),
+    (kc.photon_rings, {"viewer": CAMERA, "max_order": 1, **RIMS}),
+    (kc.ring_visibility, {"rings": RINGS, "u": [0.1], "v": [0.2], "order": 1, "position_angle": 0.1}),
     (kc.Ball, {"size": 0.1}),
     (kc.Spot, {"size": 0.1, "crossings": 1, "power": 4.0, "points": 90}),
     (kc.light_curve, {**SEES, "orbit": 8.0, "times": 10, "size": 0.1, "crossings": 1}),

@@ -19,6 +19,8 @@ REFUSED = {
     "--star-theta": ["190"],
     "--circle": ["190 0", "80 inf"],
     "--line": ["nan"],
+    "--angle": ["nan"],
+    "--position-angle": ["inf"],
     "--size": ["-1", "0", "178", "nan"],
     "--stars": ["theta,phi\n200,10\n", "80,nan\n"],
     "--orbit": [
@@ -31,6 +33,7 @@ OTHERS = {
     "images": "--star 80 10",
     "light-curve": "--orbit 8",
     "magnification": "--star 80 10 --size 1",
+    "rings": "--observer --baselines 1",
     "tracks": "--star-theta 80",
 }
 

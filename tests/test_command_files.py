@@ -28,6 +28,7 @@ LINES = {
     "light-curve": f"light-curve {PLACE} --orbit 8",
     "magnification": f"magnification {PLACE} --star 80 10 --size 1",
     "render": "render scene.toml",
+    "rings": f"rings {PLACE} --inclination 60",
     "scale": "scale --mass 1",
     "scene": "scene",
     "study": "study accuracy",

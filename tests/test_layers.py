@@ -30,6 +30,7 @@ FLOORS = {
         "images": "lens_map curves",
         "level_curves": "lens_map curves images",
         "tracks": "lens_map images level_curves",
+        "rings": "lens_map",
         "extended_sources": "lens_map curves images level_curves",
         "light_curves": "lens_map images",
         "waves": "lens_map curves images extended_sources",

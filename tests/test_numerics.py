@@ -8,6 +8,7 @@ from scipy.optimize import elementwise, linear_sum_assignment
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from kerrcaustics.numerics import fourier
 from kerrcaustics.numerics.matching import best_matches, component_of
 from kerrcaustics.numerics.roots import bracketed_roots
 from kerrcaustics.numerics.splines import Spline
@@ -91,3 +92,27 @@ def test_components_are_those_of_scipy(random):
         label = connected_components(graph, directed=False)[1]
         lowest = [int(np.flatnonzero(label == each)[0]) for each in label]
         np.testing.assert_array_equal(component_of(*ends, nodes), lowest)
+
+
+@pytest.mark.parametrize("count", [8, 32])
+def test_fourier_series_of_few_waves_are_exact(count):
+    def wave(x):
+        return np.stack([1.5 + np.cos(x) - 0.2 * np.sin(3 * x), np.sin(2 * x)], axis=-1)
+
+    def slope(x):
+        return np.stack([-np.sin(x) - 0.6 * np.cos(3 * x), 2 * np.cos(2 * x)], axis=-1)
+
+    series, places = fourier.coefficients(wave(fourier.nodes(count))), np.array([0.0, 0.3, 4.0])
+    for more in (8, 10, 64):
+        np.testing.assert_allclose(fourier.resampled(series, more), wave(fourier.nodes(more)), atol=1e-14)
+        np.testing.assert_allclose(fourier.resampled(series, more, 1), slope(fourier.nodes(more)), atol=1e-13)
+    np.testing.assert_allclose(fourier.values_at(series, places), wave(places), atol=1e-14)
+    np.testing.assert_allclose(fourier.values_at(series, places, 1), slope(places), atol=1e-13)
+
+
+def test_the_last_wave_of_an_even_number_of_nodes_is_kept():
+    x = fourier.nodes(8)
+    series = fourier.coefficients(np.sin(4 * x))
+    np.testing.assert_allclose(fourier.values_at(series, x), np.sin(4 * x), atol=1e-14)
+    np.testing.assert_allclose(fourier.resampled(series, 8), np.sin(4 * x), atol=1e-14)
+    np.testing.assert_allclose(fourier.resampled(series, 32), np.sin(4 * fourier.nodes(32)), atol=1e-14)

@@ -59,3 +59,29 @@ def test_polar_growth_is_the_slope_of_the_azimuth_beside_the_axis(spin):
     slope = (8 * (azimuth[1] - azimuth[-1]) - (azimuth[2] - azimuth[-2])) / (12 * 0.05)
     # What is left out of the slope goes as the fourth power of the step.
     assert polar_growth(spin) == pytest.approx(abs(slope) * math.sqrt(q + spin**2), rel=1e-5)
+
+
+# Spin, b, and gamma, delta and tau by quadrature to 16 digits, in another program.
+TABLE = [
+    (0.0, 1.0, 3.141592653589793, -math.pi, 16.32419427810796),
+    (0.5, 1.0, None, None, 16.076338768737624),
+    (0.94, 1.0, 2.404736784818647, -5.008803353054293, 15.45097200556237),
+    (0.94, -3.0, 2.892602241618992, 2.214140504789769, 15.79089549358762),
+    (0.999, 2.0, 1.18326214943435, -17.7969673831540, 38.3715195904148),
+]
+
+
+@pytest.mark.parametrize("row", TABLE)
+def test_exponents_are_those_of_the_table(row):
+    spin, b, *known = row
+    found = exponents(spin, b)
+    for value, expected in zip((found.gamma, found.delta, found.tau), known, strict=True):
+        assert expected is None or value == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("spin", [0.0, 0.3, 0.94, 0.999])
+def test_exponents_of_polar_orbits_are_the_limits_from_both_sides(spin):
+    for sign in (1, -1):
+        polar, beside = exponents(spin, math.copysign(0.0, sign)), exponents(spin, sign * 1e-9)
+        for name in ("gamma", "delta", "tau"):
+            assert getattr(polar, name) == pytest.approx(getattr(beside, name), abs=1e-7)

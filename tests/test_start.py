@@ -38,6 +38,7 @@ COMMANDS = {
     "tracks": f"tracks {CAMERA} --star-theta 85 --max-index 1",
     "amplification": f"amplification {CAMERA} --star 80 30 --frequency 2 --max-index 1",
     "light-curve": "light-curve --spin 0.9 --radius 100 --inclination 60 --orbit 6 --crossings 1",
+    "rings": f"rings {CAMERA} --max-order 1",
 }
 CALLS = {
     "kc.caustics": "import kerrcaustics as kc; camera = kc.Camera(0.9, 10); kc.caustics(camera, orders=1)",
@@ -79,7 +80,7 @@ NOT_NEEDED = dict.fromkeys(COMMANDS | CALLS, ON_REQUEST | SCIPY | {"PIL", "msgsp
 # Airy's functions and Bessel's.
 NOT_NEEDED |= dict.fromkeys(("amplification", "kc.amplification"), ON_REQUEST | SCIPY | {"PIL", "msgspec"})
 # The photon shell needs elliptic integrals; pictures with stars search for their neighbours.
-NOT_NEEDED |= dict.fromkeys(("light-curve", "kc.light_curve"), ON_REQUEST | SCIPY)
+NOT_NEEDED |= dict.fromkeys(("light-curve", "rings", "kc.light_curve"), ON_REQUEST | SCIPY)
 NOT_NEEDED["render"] = ON_REQUEST | SCIPY - {"scipy.spatial"}
 NOT_NEEDED["render with curves"] = NOT_NEEDED["render"] - {"matplotlib"}
 NOT_NEEDED["explorer"] = ON_REQUEST | SCIPY

@@ -60,3 +60,28 @@ print(f"one M is {hour:.2f} hours: the second crossing arrives {later:.0f} hours
 
 # %%
 # For more on sources in the equatorial plane, see :doc:`../disks` and :doc:`../disk_studies`.
+
+# %%
+# All images of one order lie in one band, between the images of the two edges of the disk. `photon_rings` finds these
+# bands without a picture, with the exponents by which one follows from the other along the shadow edge:
+
+bands = kc.photon_rings(observer, inner="isco", outer=20.0)
+shrink = bands.edge.lyapunov
+print(f"exp(-γ) from {math.exp(-shrink.max()):.4f} to {math.exp(-shrink.min()):.4f}")
+for first, second in pairwise(bands):
+    print(f"area of n = {second.order} over that of n = {first.order}: {second.solid_angle / first.solid_angle:.4f}")
+
+# %%
+# On long baselines the thinnest ring that is not yet resolved dominates. Each band alone, uniformly bright, in units of
+# its own flux:
+
+scale = kc.PhysicalScale(6.5e9, 16.8e6)
+baseline = [0.5 * i for i in range(1, 601)]
+seen = kc.ring_visibility(bands, baseline, 0.0, scale=scale)
+figure, ax = plt.subplots(figsize=(6, 3.5), layout="constrained")
+for n, flux, value in zip(seen.order, seen.flux, seen.value, strict=True):
+    if n:
+        ax.plot(seen.u, abs(value) / flux, label=f"n = {n}", linewidth=0.8)
+ax.set(xlabel="baseline (giga-wavelengths)", ylabel="visibility over flux", yscale="log", ylim=(1e-4, 1))
+ax.legend()
+plt.show()

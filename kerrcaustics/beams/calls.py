@@ -67,6 +67,11 @@ def depth(camera: Viewer, sky: np.ndarray) -> np.ndarray:
     return _kernel("depth", len(sky)).on_rays(_numbers(camera), [sky])
 
 
+def crossing_gap(camera: Viewer, sky: np.ndarray, crossing: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    """The gap of Mino times of lens_map/crossing_formulas.py for rays (n, 3), each with its crossing and its radius."""
+    return _kernel("crossing_gap", len(sky)).on_rays(_numbers(camera), [sky, crossing, radius])
+
+
 def _request(outputs: RayOutputs) -> str:
     """The quantities beside n' in the name of a kernel."""
     return f"{'beams' if outputs.beams else 'rays'}{'_time' if outputs.time else ''}"

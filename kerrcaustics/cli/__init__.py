@@ -14,7 +14,7 @@ _MODULES = {
     name: {"demo": "caustics", "light-curve": "light_curve"}.get(name, name)
     for name in (
         *("amplification", "caustics", "check", "counts", "demo", "doctor", "explore", "figures", "film", "images"),
-        *("light-curve", "magnification", "render", "scale", "scene", "study", "sweep", "tracks"),
+        *("light-curve", "magnification", "render", "rings", "scale", "scene", "study", "sweep", "tracks"),
     )
 }
 

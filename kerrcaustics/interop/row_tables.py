@@ -1,4 +1,4 @@
-"""Results over time or frequency as tables: a row for each, in CSV and FITS files that other programs read."""
+"""Results over time, frequency or baselines as tables, in CSV and FITS files that other programs read."""
 
 import csv
 import io
@@ -62,7 +62,9 @@ class RowTable(Shown):
         _write_csv(path, self._tables())
 
     def to_fits(self, path: str | os.PathLike[str]) -> None:
-        """Write two tables: LIGHT or WAVES, a row for each time or frequency, and EVENTS or IMAGES. Needs astropy.
+        """Write tables: LIGHT or WAVES with EVENTS or IMAGES, or VISIBILITIES, a row for each baseline and order.
+
+        Needs astropy.
 
         TCOMM of a column has its text and unit, TUNIT the unit of angles; the card VIEWER is the viewer as JSON.
         """
@@ -136,6 +138,18 @@ def _in_units_of(scale: PhysicalScale | None, tables: dict[str, Columns]) -> dic
         return f"{name}_{unit}", column._replace(unit=unit, values=column.values * each)
 
     return {table: dict(converted(*item) for item in columns.items()) for table, columns in tables.items()}
+
+
+class BaselineTable(RowTable):
+    """A result over baselines, with a row for each baseline and order."""
+
+    def _tables(self) -> dict[str, Columns]:
+        result: Any = self
+        about, orders, count = quantities(type(self)), len(result.order), len(result.u)
+        rows = {name: np.tile(getattr(result, name), orders) for name in ("u", "v")}
+        rows["order"] = np.repeat(result.order, count)
+        rows |= {name: getattr(result, name).ravel() for name in ("real", "imaginary", "error")}
+        return {"VISIBILITIES": {name: _column(result, about[name], values) for name, values in rows.items()}}
 
 
 def _columns(result: Any, rows: str, count: int | None = None) -> Columns:

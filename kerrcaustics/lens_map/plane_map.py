@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kerrcaustics.beams.beam import Beams, Status
+from kerrcaustics.beams.beam import Beams, Rays, Status
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.trace import beams_of_directions, rays_of_directions
 from kerrcaustics.lens_map.sky_lines import Lines
@@ -34,6 +34,8 @@ _FINEST = 5e-17
 _FLAT = 1e-10
 # Tolerance of rays whose radius alone is needed.
 _COARSE = 1e-6
+# Tolerance of rays without their beams.
+_FINE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,11 @@ class Crossings(Rows):
     def miss(self, radius: float | Array) -> Float[Array, " points"]:
         """Distance from a circle, in ln r."""
         return np.abs(np.log(self.radius / radius))
+
+
+def plane_rays(camera: Viewer, sky: Array, end: EquatorialPlane, *, redshift: bool = False) -> Rays:
+    """Rays of directions (..., 3) to a crossing of the plane: their radii, without their beams."""
+    return rays_of_directions(camera, sky, "auto", _FINE, end=end, redshift=redshift)
 
 
 @dataclass(eq=False)

@@ -89,6 +89,11 @@ shape: tuple[int, ...] = counts.counts.shape
 
 assert_type(kc.isoradials(camera, [20.0]).plot(), Axes)
 assert_type(kc.isoradials(camera, [20.0])[0].closed, bool)
+rings = kc.photon_rings(kc.Observer(spin=0.9, inclination=1.0), outer=20.0)
+assert_type(rings.plot(), Axes)
+assert_type(rings[1].solid_angle, float)
+assert_type(rings.edge.lyapunov, np.ndarray)
+assert_type(kc.ring_visibility(rings, 0.1, 0.2, scale=kc.PhysicalScale(6e9, 2e7)).error, np.ndarray)
 assert_type(kc.light_curve(camera, orbit=8.0).plot(), Axes)
 assert_type(kc.light_curve(camera, kc.Orbit.kepler(99.0), [0.0]).flux, np.ndarray)
 assert_type(kc.light_curve(camera, 8.0, source=kc.Spot(0.2, crossings=1)).period, float)

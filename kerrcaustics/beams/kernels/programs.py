@@ -60,6 +60,7 @@ _PHOTON = Photon(*_FOUR, _FOUR, _FOUR, _ONE)
 
 # Modules of other rooms that have programs: they use this one, and so have their names here.
 _MODULES = (
+    "kerrcaustics.lens_map.crossing_formulas",
     "kerrcaustics.lens_map.newton_formulas",
     "kerrcaustics.scenes.cell_formulas",
     "kerrcaustics.scenes.colour_formulas",
