@@ -10,6 +10,8 @@ from kerrcaustics.extended_sources.magnification import Magnification
 from kerrcaustics.images.counts import CountMap, ImageCounts
 from kerrcaustics.light_curves.results import LightCurve
 from kerrcaustics.results.declared import LAYOUTS, quantities
+from kerrcaustics.rings.results import PhotonBand, PhotonRings
+from kerrcaustics.rings.visibility import Visibilities
 from kerrcaustics.tracks.circles import CircleImages
 from kerrcaustics.tracks.events import PairEvents
 from kerrcaustics.tracks.following import FollowedStar
@@ -33,6 +35,9 @@ CLAIMS = {
     Amplification: "the waves of all images of a source",
     Caustic: "a whole curve with its cusps",
     CausticSet: "the curves of all orders that exist",
+    PhotonBand: "both edges of a band, each whole",
+    PhotonRings: "the bands of all orders",
+    Visibilities: "the light of whole bands",
 }
 """What a result claims, by class."""
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from kerrcaustics.functional import program_cache
+from kerrcaustics.beams import program_cache
 
 # A function of some seconds, its value, the folder, and how many programs came from there.
 PROGRAM = """

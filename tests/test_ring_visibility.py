@@ -212,7 +212,10 @@ BAD = [
     (lambda: kc.ring_visibility(rings_of(VIEWER), 1, 1, order=2), "`order` must be a whole number from 0 to 1"),
     (lambda: kc.ring_visibility(rings_of(VIEWER), 1, 1, order=0), "take photon_rings with a finite `outer`"),
     (lambda: kc.ring_visibility(rings_of(VIEWER), 1, 1, brightness=3.0), "`brightness` must be a function"),
-    (lambda: kc.ring_visibility(rings_of(VIEWER), 1, 1, motion="up"), "`motion` must be one of circular"),
+    (
+        lambda: kc.ring_visibility(rings_of(VIEWER), 1, 1, motion="up", brightness=lambda r, p, g: g),
+        "`motion` must be one of circular",
+    ),
     (lambda: kc.ring_visibility(rings_of(VIEWER), 1, 1, scale=3.0), "`scale` must be a PhysicalScale"),
     (lambda: kc.ring_visibility(rings_of(VIEWER), 1, 1, scale=kc.PhysicalScale(1e9)), "`distance` must be given"),
     (

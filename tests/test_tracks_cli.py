@@ -29,7 +29,7 @@ def test_tracks_command(capsys, tmp_path, tracks):
     target, picture = tmp_path / "out.json", tmp_path / "tracks.png"
     status, out, err = run(capsys, "tracks", *PLACE, *STAR, "--json", target, "--figure", picture)
     assert (status, err) == (0, "")
-    assert "2 tracks, 0 events" in out and ": certified" in out and "turns" in out
+    assert "2 tracks, 2 events" in out and ": certified" in out and "turns" in out
     assert out.endswith(f"Figure: {picture}\n")
     assert picture.read_bytes()[:4] == b"\x89PNG"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["out.json", "tracks.png"]

@@ -13,6 +13,7 @@ CAMERA = kc.Camera(0.9, 10.0, 1.2)
 STAR = (1.4, 2.9)
 # Of images all arrivals are found.
 SECOND = {"end": kc.Sphere(5.0, second_arrival=True)}
+RINGS = kc.photon_rings(kc.Observer(spin=0.9, inclination=1.0), max_order=1)
 VIEW = kc.pictures.View(8, 8, 1.0)
 LIGHT = np.ones((4, 8, 3))
 OF_SPOTS = {"crossings": 4}
@@ -51,6 +52,7 @@ REFUSED = {
         (lambda: light_curve(kc.Spot(), max_index=1), "max_index"),
         (lambda: light_curve("point", size=-1.0), "size"),
     ],
+    "ring_visibility": [(lambda: kc.ring_visibility(RINGS, 1.0, 0.0, motion="plunging"), "motion")],
     "tone_mapped": [(lambda: kc.pictures.tone_mapped(LIGHT, softening=30.0), "softening")],
     "auto_exposure": [(lambda: kc.pictures.auto_exposure(LIGHT, softening=10.0), "softening")],
     "magnification": [

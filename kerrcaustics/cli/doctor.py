@@ -97,7 +97,7 @@ def _kernels() -> dict[str, Any]:
 
 def _programs() -> dict[str, Any]:
     """The folder of compiled gradients, None if there is none that can be written, and their number and size."""
-    from kerrcaustics.functional.program_cache import keep_programs
+    from kerrcaustics.beams.program_cache import keep_programs
 
     folder = keep_programs()
     if folder is None:

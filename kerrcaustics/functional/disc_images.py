@@ -13,6 +13,7 @@ from numpy.polynomial.legendre import leggauss
 
 from kerrcaustics.beams.differentiable import float64
 from kerrcaustics.beams.moving import Moving, motion_of
+from kerrcaustics.beams.program_cache import prepare_compilation
 from kerrcaustics.functional.fold_patch import (
     ChebyshevPatch,
     FoldOnPatch,
@@ -28,7 +29,6 @@ from kerrcaustics.functional.fold_patch import (
 )
 from kerrcaustics.functional.image_roots import Near, root
 from kerrcaustics.functional.local_map import Vector, determinant, jacobian, smooth, tangents, unit
-from kerrcaustics.functional.program_cache import prepare_compilation
 from kerrcaustics.functional.traced_arguments import (
     check_axis,
     check_shapes,

@@ -9,9 +9,9 @@ from jaxtyping import Array, Float
 
 from kerrcaustics.beams.differentiable import float64
 from kerrcaustics.beams.moving import Moving, motion_of
+from kerrcaustics.beams.program_cache import prepare_compilation
 from kerrcaustics.functional.fold_patch import ChebyshevPatch, fold_where, patch_of, smooth_root
 from kerrcaustics.functional.local_map import Vector, determinant, smooth, tangents, unit
-from kerrcaustics.functional.program_cache import prepare_compilation
 from kerrcaustics.functional.traced_arguments import (
     check_axis,
     check_shapes,

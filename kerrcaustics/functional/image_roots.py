@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 
 from kerrcaustics.beams.differentiable import end, float64
 from kerrcaustics.beams.moving import Moving, motion_of
+from kerrcaustics.beams.program_cache import prepare_compilation
 from kerrcaustics.functional.local_map import (
     Vector,
     determinant,
@@ -19,7 +20,6 @@ from kerrcaustics.functional.local_map import (
     unit,
     with_columns,
 )
-from kerrcaustics.functional.program_cache import prepare_compilation
 from kerrcaustics.functional.traced_arguments import (
     check_axis,
     check_shapes,

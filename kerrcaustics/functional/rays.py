@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 
 from kerrcaustics.beams.differentiable import differentiable, end, float64
 from kerrcaustics.beams.moving import Moving, motion_of
-from kerrcaustics.functional.program_cache import keep_programs
+from kerrcaustics.beams.program_cache import keep_programs
 from kerrcaustics.functional.traced_arguments import check_axis, check_shapes, wide, wide_place, with_place
 from kerrcaustics.spacetime.camera import Velocity
 

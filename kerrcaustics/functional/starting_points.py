@@ -9,11 +9,11 @@ from jaxtyping import Float, Int
 
 from kerrcaustics.beams.differentiable import float64
 from kerrcaustics.beams.moving import Moving, motion_of
+from kerrcaustics.beams.program_cache import keep_programs
 from kerrcaustics.curves.caustic import Caustic
 from kerrcaustics.curves.caustic_search import caustics
 from kerrcaustics.functional.disc_images import closest_fold
 from kerrcaustics.functional.local_map import unit
-from kerrcaustics.functional.program_cache import keep_programs
 from kerrcaustics.images.images import StarImages, star_images
 from kerrcaustics.spacetime.camera import Camera
 from kerrcaustics.spacetime.checks import instance_of, real_number

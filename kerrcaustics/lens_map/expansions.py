@@ -91,7 +91,9 @@ def _compiled() -> Callable[..., Any]:
     import jax
 
     from kerrcaustics.beams.differentiable import expansion
+    from kerrcaustics.beams.program_cache import prepare_compilation
 
+    prepare_compilation()
     return jax.jit(expansion, compiler_options=compiler_options())
 
 

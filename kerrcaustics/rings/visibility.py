@@ -85,7 +85,7 @@ def ring_visibility(
     *,
     order: int | None = None,
     brightness: Brightness | None = None,
-    motion: str = "plunging",
+    motion: str | None = None,
     scale: PhysicalScale | None = None,
     position_angle: float = 0.0,
 ) -> Visibilities:
@@ -102,8 +102,9 @@ def ring_visibility(
     brightness : function, optional
         Intensity as the observer sees it, a function of arrays of the radius and azimuth at which light leaves the
         matter and of its frequency ratio. If omitted, 1 within the bands.
-    motion : str
-        Motion of the matter, for the frequency ratio; an emitter of `EquatorialPlane`.
+    motion : str, optional
+        Motion of the matter, for the frequency ratio of a brightness; an emitter of `EquatorialPlane`, by default
+        "plunging".
     scale : PhysicalScale, optional
         Mass and distance of the hole.
     position_angle : float
@@ -147,7 +148,10 @@ def ring_visibility(
         )
     if brightness is not None and not callable(brightness):
         raise ValueError("Argument `brightness` must be a function of radius, azimuth and frequency ratio, or None.")
-    one_of("motion", motion, EMITTERS)
+    if motion is not None and brightness is None:
+        raise ValueError("Argument `motion` must be left out without a brightness, as nothing else depends on it.")
+    emitter = "plunging" if motion is None else motion
+    one_of("motion", emitter, EMITTERS)
     east, north, unit = _baselines(u, v, scale)
     turn = finite_number("position_angle", position_angle)
     bands = _bands_of_order(rings, order)
@@ -158,7 +162,7 @@ def ring_visibility(
     # The last one is the visibility of no baseline.
     waves = np.concatenate([2 * math.pi * _per_mass(scale) * turned, np.zeros((1, 2))])
     sums = [
-        uniform_visibility(band, waves) if brightness is None else _of_light(rings, band, waves, brightness, motion)
+        uniform_visibility(band, waves) if brightness is None else _of_light(rings, band, waves, brightness, emitter)
         for band in bands
     ]
     value, error = (np.stack(parts) for parts in zip(*sums, strict=True))

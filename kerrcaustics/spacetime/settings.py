@@ -1,7 +1,7 @@
 """The settings of JAX under which the package computes, independent of those of the calling program.
 
 They hold for the computing thread and during a call alone. No import and no call leaves a setting changed, with one
-exception: `kerrcaustics.functional` names a folder for compiled programs (program_cache.py).
+exception: functions that are compiled name a folder for their programs (beams/program_cache.py).
 """
 
 from collections.abc import Iterator
