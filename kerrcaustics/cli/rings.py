@@ -182,7 +182,9 @@ def _print(result: "PhotonRings", seen: "Visibilities | None", out: Console, sca
     say(out, f"{place_of(result.camera)}: matter from r = {result.inner:.9g} to {result.outer:.9g} in the plane")
     table = PlainTable(("n", f"solid angle ({'M^2' if flat else 'sr'})", "error", "certified"))
     for band in result:
-        table.add_row(str(band.order), f"{band.solid_angle:.12g}", f"{band.solid_angle_error:.0e}", str(band.certified))
+        # An infinite one has no error.
+        error = f"{band.solid_angle_error:.0e}" if math.isfinite(band.solid_angle) else "-"
+        table.add_row(str(band.order), f"{band.solid_angle:.12g}", error, "yes" if band.certified else "no")
     out.print(table)
     edge = result.edge
     exponents = ("gamma", edge.lyapunov), ("delta", edge.rotation), ("tau", edge.delay)
@@ -196,4 +198,4 @@ def _print(result: "PhotonRings", seen: "Visibilities | None", out: Console, sca
             f"|V| on the longest of {len(seen.u)} baselines, {math.hypot(seen.u[-1], seen.v[-1]):.6g} {unit}: {sizes}",
         )
     say_all(out, result.remarks)
-    say(out, f"{len(result)} bands: {verdict(result.certified)}")
+    say(out, f"{len(result)} band{'s' * (len(result) > 1)}: {verdict(result.certified)}")
