@@ -114,6 +114,14 @@ def test_the_tour_the_quiz_and_the_orbit_work(page, file):
     assert page.evaluate("explorer.images()") == []
 
 
+def test_the_quiz_takes_a_hole_that_spins(page, file):
+    page.goto(f"{file.as_uri()}#spin=0")
+    settled(page)
+    page.get_by_role("button", name="A quiz: how many images?").click()
+    until(page, "explorer.kept() !== null")
+    assert page.evaluate("explorer.state().spin") == 0.5 and page.evaluate("explorer.images()") == []
+
+
 def test_what_only_the_program_has_is_said(page, file):
     page.goto(f"{file.as_uri()}#size=2")
     settled(page)

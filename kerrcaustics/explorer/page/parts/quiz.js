@@ -1,6 +1,9 @@
 // The quiz: a star and the caustics, without the images. It asks for their number where the count is certified alone.
 
 const MOST_TRIES = 12;
+// Caustics of slower holes are points, and every star has one image of each index; the spin that is taken then.
+const LEAST_SPIN = 0.1,
+  USUAL_SPIN = 0.5;
 
 class Quiz {
   constructor(explorer, random = Math.random) {
@@ -46,9 +49,10 @@ class Quiz {
     explorer.playback.stop();
     this.wait("Looking for a star …");
     explorer.shown.hideImages();
-    const star = quizStar(explorer.model.curves, this.random);
+    const star = quizStar(explorer.model.curves, this.random),
+      isSlow = explorer.state.spin < LEAST_SPIN;
     this.chooses = true;
-    explorer.change(star, "star");
+    explorer.change(isSlow ? { ...star, spin: USUAL_SPIN } : star, isSlow ? "full" : "star");
     this.chooses = false;
   }
   wait(words) {
