@@ -50,6 +50,8 @@ def test_figures_of_the_paper_are_met():
         ({"closed": False}, "its ends meet"),
         ({"cusps": 3}, "it has 4 cusps, and must have 3"),
         ({"circuits": (0.8, 0.9)}, "circuits is 0.7306"),
+        ({"theta_min": (50.0, 54.0)}, "theta_min is 54.08"),
+        ({"theta_max": (126.0, 130.0)}, "outside [126, 130]"),
         ({"phi_extent": (0.0, 10.0)}, "outside [0, 10]"),
     ],
 )
@@ -65,6 +67,19 @@ def test_a_range_that_ends_within_the_error_decides_nothing():
     assert only(CausticCheck(**PAPER, order=2, theta_extent=(value - 1e-6, value + 1e-6))).met
     found = only(CausticCheck(**PAPER, order=2, theta_extent=(value, value + 1)))
     assert not found.met and "decides nothing about" in found.faults[0]
+
+
+def test_a_caustic_seen_from_the_equator_lies_evenly_about_it():
+    # By symmetry theta_max is 180 degrees less theta_min, each with its own error.
+    curve = kc.caustics(kc.Camera(0.999, 6.03, velocity="fiducial"), 2)[1]
+    low, wide = math.degrees(curve.theta_min), math.degrees(3 * curve.error)
+    ranges = {"theta_min": (low - wide, low + wide), "theta_max": (180 - low - wide, 180 - low + wide)}
+    assert only(CausticCheck(**PAPER, order=2, **ranges)).faults == ()
+    # An extreme has the error of the curve, an extent twice as much.
+    margin = math.degrees(1.5 * curve.error)
+    assert only(CausticCheck(**PAPER, order=2, theta_min=(low - margin, low + margin))).met
+    extent = math.degrees(curve.theta_extent)
+    assert not only(CausticCheck(**PAPER, order=2, theta_extent=(extent - margin, extent + margin))).met
 
 
 def test_counts_of_a_star():
@@ -111,6 +126,7 @@ def test_a_stored_result_that_changed_is_a_fault(tmp_path):
         ("[[caustic]]\nspin = 1.5\nradius = 10\norder = 1", "spin"),
         ("[[caustic]]\nspin = 0.9\nradius = 10\norder = 11", "from 1 to 10"),
         ("[[caustic]]\nspin = 0.9\nradius = 10\norder = 1\ncircuits = [2, 1]", "the least and the largest value"),
+        ("[[caustic]]\nspin = 0.9\nradius = 10\norder = 1\ntheta_max = [91, 90]", "theta_max must be the least and"),
         ("[[star]]\nspin = 0.9\nradius = 10\nstar = [84, 60]\ncounts = []", "a list of 1 to 7 numbers"),
         ("[[star]]\nspin = 0.9\nradius = 10\nstar = [200, 60]\ncounts = [1]", "theta' in [0, 180]"),
         ("[[star]]\nspin = 0.9\nradius = 10\nstar = [84, 60]\ncounts = [1]\nvelocity = 'static'", "velocity"),

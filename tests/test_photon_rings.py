@@ -338,3 +338,18 @@ def test_a_direction_beside_the_shadow_edge_of_the_horizon_has_its_image_there()
         rays = kc.trace_rays(viewer, edge.sky * scale, end=kc.EquatorialPlane(1))
         assert (np.isfinite(rays.radius) == crosses).all()
     assert edge.radius == kerr.horizon(0.9)
+
+
+def test_diameters_and_widths_without_spin_are_known_within_their_errors():
+    # Impact parameters of the edges seen face on, from 30-digit quadrature.
+    inner = {1: 5.0151354941983346, 2: 5.1878081748760748, 3: 5.1957902930053547}
+    outer = {1: 6.1675667647680063, 2: 5.2279386085338372, 3: 5.1975054870627264}
+    rings = kc.photon_rings(kc.Observer(spin=0.0, inclination=0.0))
+    found = rings.diameter([0.3, 2.0])
+    assert np.abs(found.edge - 2 * math.sqrt(27)).max() < 1e-13
+    for n in inner:
+        band = rings[n]
+        assert np.abs(found.inner[n] - 2 * inner[n]).max() <= 2 * band.inner.error.max()
+        assert np.abs(found.outer[n] - 2 * outer[n]).max() <= 2 * band.outer.error.max()
+        error = band.inner.error.max() + band.outer.error.max()
+        assert np.abs(band.width([0.3, 2.0]) - (outer[n] - inner[n])).max() <= error

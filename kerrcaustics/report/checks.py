@@ -26,8 +26,10 @@ HOLDS = "check file"
 
 _HIGHEST_INDEX = 6
 _Range = tuple[float, float]
-# Extents are compared in degrees.
-_RANGED = ("circuits", "theta_extent", "phi_extent")
+# What a caustic may have to lie in a range. In degrees, but for circuits.
+_RANGED = ("circuits", "theta_min", "theta_max", "theta_extent", "phi_extent")
+# Those that are one extreme of the caustic; the others are a difference of two.
+_EXTREMES = ("theta_min", "theta_max")
 
 
 class ViewerPlace(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
@@ -64,6 +66,8 @@ class CausticCheck(ViewerPlace, frozen=True):
     closed: whether its ends meet.
     cusps: number of cusps.
     circuits: least and largest number of circuits about the spin axis.
+    theta_min: least and largest value of its least theta', degrees.
+    theta_max: least and largest value of its largest theta', degrees.
     theta_extent: least and largest width in theta', degrees.
     phi_extent: least and largest width in phi', degrees.
     """
@@ -73,6 +77,8 @@ class CausticCheck(ViewerPlace, frozen=True):
     closed: bool = True
     cusps: int | None = None
     circuits: _Range | None = None
+    theta_min: _Range | None = None
+    theta_max: _Range | None = None
     theta_extent: _Range | None = None
     phi_extent: _Range | None = None
 
@@ -223,10 +229,10 @@ def _of_caustic(check: CausticCheck, curves: CausticSet) -> Outcome:
 
 
 def _value_and_error(curve: Caustic, quantity: str) -> tuple[float, float]:
-    """An extent in degrees, or circuits; both extremes have the error of the curve."""
+    """An extreme or an extent in degrees, or circuits; each extreme has the error of the curve."""
     unit = 1 / (2 * math.pi) if quantity == "circuits" else math.degrees(1)
     value = curve.circuits if quantity == "circuits" else math.degrees(getattr(curve, quantity))
-    return value, 2 * curve.error * unit
+    return value, (1 if quantity in _EXTREMES else 2) * curve.error * unit
 
 
 def _range_faults(quantity: str, value: float, error: float, limits: _Range) -> list[str]:

@@ -44,7 +44,7 @@ class BandEdge(Shown):
     )
 
     @usual_warnings
-    def points_on(self, edge_phase: ArrayLike) -> Array:
+    def at(self, edge_phase: ArrayLike) -> Array:
         """Points of the curve on the lines of given edge phases.
 
         Parameters
@@ -70,8 +70,6 @@ class BandEdge(Shown):
         sky = search_sky(self.camera)
         chi = chi_of(sky.search_camera, phase.ravel() % (2 * np.pi))
         return places_at(self, chi).reshape(*phase.shape, -1)
-
-    at = points_on
 
 
 class Arc(NamedTuple):

@@ -116,6 +116,10 @@ class PhotonBand(Shown):
         ------
         ValueError
             If the viewer is a camera, or the band has no two edges.
+
+        Errors
+        ------
+        The sum of the errors of both edges (`BandEdge.error`).
         """
         _check_screen(self.camera, "width")
         inner, outer = both_edges(self)
@@ -159,6 +163,10 @@ class PhotonRings(Items[PhotonBand]):
         ------
         ValueError
             If the viewer is a camera.
+
+        Errors
+        ------
+        Twice the error of each curve (`BandEdge.error`); that of the shadow edge 1e-14.
         """
         _check_screen(self.camera, "diameter")
         angles = numbers("angle", angle)
