@@ -20,6 +20,7 @@ from kerrcaustics.results.stages import in_words
 
 if TYPE_CHECKING:
     from kerrcaustics.films.film import Film, FilmResult
+    from kerrcaustics.films.scene_films import FilmedScene
 
 
 @app.command(**with_examples("film scene.toml --quality draft --frames 0:10", "film star_field --output stars.mp4"))
@@ -33,6 +34,7 @@ def film(
     resizing: SizeOptions = AS_IT_IS,
     workers: WorkerOptions = HERE,
     restart: Flag = False,
+    estimate: Flag = False,
     common: CommonOptions = COMMON,
 ) -> None:
     """Make a film from a scene file, a template, or a script (in the folder figures/films/ of a checkout).
@@ -52,9 +54,23 @@ def film(
         Quality of the pictures of a scene: draft, normal or high; by default that of the scene.
     restart
         Discard the existing frames and draw all of them again.
+    estimate
+        Of a scene: say how long the film would take, from a few frames in small sizes, and write nothing.
     """
     workers.check()
     count, only = _frames(frames)
+    if estimate:
+        if output is not None or restart:
+            raise BadInput(f"Argument {'--restart' if restart else '--output'} must not be used with --estimate.")
+        common.check()
+        resizing.check(even=True)
+        _check_name(name, count, quality, resizing)
+        if (scene := _scene_of(name)) is None:
+            raise BadInput(f"Argument --estimate must be used with a scene (.toml), but {name} is a script.")
+        from kerrcaustics.cli.film_estimate import estimate_film
+
+        estimate_film(scene, quality, resizing, only, workers.workers or 1, common)
+        return
     path = output or Path(f"{Path(name).stem}.mp4")
     check_film(path, "--output")
     common.check({"--output": path})
@@ -168,7 +184,21 @@ def _check_name(name: str, count: int | None, quality: Quality | None, resizing:
 
 def film_of_scene_file(path: Path, quality: Quality | None, resizing: SizeOptions, only: range | None = None) -> "Film":
     """The film that a scene file describes; only: the frames that are drawn of it."""
-    from kerrcaustics.films.scene_films import FilmedScene, scene_film
+    from kerrcaustics.films.scene_films import scene_film
+
+    scene = filmed_scene(path, resizing)
+    with one_line_errors():
+        # Before its exposures are computed, for which frames are drawn.
+        drawn = scene_film(scene, quality)
+        if only is not None and only.stop > drawn.frames:
+            clip = f"{only.start}:{only.stop}"
+            raise BadInput(f"Argument --frames must lie within 0:{drawn.frames}, which are all, but is {clip}.")
+        return scene_film(scene.with_exposures(), quality)
+
+
+def filmed_scene(path: Path, resizing: SizeOptions) -> "FilmedScene":
+    """The scene of a film, in its size."""
+    from kerrcaustics.films.scene_films import FilmedScene
 
     with one_line_errors():
         from kerrcaustics.sweeps.reading import read_scene
@@ -184,13 +214,7 @@ def film_of_scene_file(path: Path, quality: Quality | None, resizing: SizeOption
             )
         for line in scene.remarks:
             note(line)
-        scene = resizing.applied(scene, even=True)
-        # Before its exposures are computed, for which frames are drawn.
-        drawn = scene_film(scene, quality)
-        if only is not None and only.stop > drawn.frames:
-            clip = f"{only.start}:{only.stop}"
-            raise BadInput(f"Argument --frames must lie within 0:{drawn.frames}, which are all, but is {clip}.")
-        return scene_film(scene.with_exposures(), quality)
+        return resizing.applied(scene, even=True)
 
 
 def _script_film(name: str, count: int | None, elsewhere: bool) -> "Film":
