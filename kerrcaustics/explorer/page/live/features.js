@@ -85,7 +85,7 @@ function cuspsOf(camera, curve, sections) {
   return tips.map((tip, i) => ({ ...tip, error: angleError(tip) + places[i].missed / Math.sin(tip.theta) }));
 }
 
-function kindOf_({ isPoint, isResolved, sizeInErrors }, cusps, lost) {
+function kindOfCaustic({ isPoint, isResolved, sizeInErrors }, cusps, lost) {
   if (isPoint) return ["point", "the caustic is a point: it is not larger than its error"];
   if (!isResolved)
     return ["unresolved", `the caustic is only ${Math.round(sizeInErrors)} times its error: cusps cannot be counted`];
@@ -116,7 +116,7 @@ function causticOf(camera, curve) {
   const atCusps = sections.filter(({ what }) => what === "cusp"),
     cusps = cuspsOf(camera, curve, atCusps),
     lost = atCusps.filter((section) => !section.points.every((point) => point)).length,
-    [kind, remark] = kindOf_(curve, cusps.length, lost),
+    [kind, remark] = kindOfCaustic(curve, cusps.length, lost),
     places = placesOf(camera, points);
   if (remark) remarks.push(remark);
   if (onAxis) {

@@ -45,10 +45,10 @@ class LiveCamera {
     this.scale = Math.sqrt(big / sigma);
     this.rootSigma = Math.sqrt(sigma);
     this.rootSigmaDelta = Math.sqrt(sigma * delta);
-    const static_ = (sigma - 2 * radius) / sigma;
+    const still = (sigma - 2 * radius) / sigma;
     const named = {
       fiducial: () => [0, 1],
-      static: () => [(-this.shift * this.scale * this.sin) / this.lapse, static_ / this.lapse ** 2],
+      static: () => [(-this.shift * this.scale * this.sin) / this.lapse, still / this.lapse ** 2],
       circular: () => [circularSpeed(spin, radius, delta), circularSlowness(spin, radius) / this.lapse ** 2],
     };
     [this.speed, this.slowness] = named[velocity]();
@@ -107,9 +107,10 @@ function cameraOf(values) {
   if (velocity === "static" && !(camera.slowness > 0))
     throw Error(`Argument \`velocity\` must not be static at or inside the ergosphere ${notAbove(1 + Math.sqrt(1 - (spin * cos) ** 2))}`);
   if (velocity !== "circular") return camera;
-  if (cos !== 0) throw Error(`Argument \`velocity\` must not be circular off the equator (inclination ${digits12(values.inclination)} degrees is not 90).`);
+  const refused = "Argument `velocity` must not be circular";
+  if (cos !== 0) throw Error(`${refused} off the equator (inclination ${digits12(values.inclination)} degrees is not 90).`);
   const [orbit] = photonOrbits(spin);
-  if (!(radius > orbit && camera.slowness > 0)) throw Error(`Argument \`velocity\` must not be circular at or inside the photon orbit ${notAbove(orbit)}`);
+  if (!(radius > orbit && camera.slowness > 0)) throw Error(`${refused} at or inside the photon orbit ${notAbove(orbit)}`);
   return camera;
 }
 
@@ -176,8 +177,8 @@ function evenPhases(camera, parts, seen = (sky) => sky) {
     const sights = edgeSights(camera, phases),
       sky = Array.from(phases, (_, i) => seen(skyOfSight(row3(sights, i)))),
       ways = Array.from({ length: n }, (_, i) => gap3(sky[i + 1], sky[i])),
-      round_ = Math.max(ways.reduce((a, b) => a + b, 0), 1e-300),
-      steps = ways.map((way, i) => way / round_ + (phases[i + 1] - phases[i]) / TWO_PI);
+      length = Math.max(ways.reduce((a, b) => a + b, 0), 1e-300),
+      steps = ways.map((way, i) => way / length + (phases[i + 1] - phases[i]) / TWO_PI);
     sums = new Float64Array(n + 1);
     steps.forEach((step, i) => (sums[i + 1] = sums[i] + step));
     const total = sums[n];

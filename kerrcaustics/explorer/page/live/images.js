@@ -28,12 +28,13 @@ function eventOf(camera, orders) {
 function foldOf(camera, { points }) {
   const lines = new Lines(camera, points.map(({ phase }) => phase)),
     numbers = points.map((_, i) => i),
-    beside = (sign) => traced(camera, lines.sky(numbers, points.map(({ depth }) => Math.max(depth + sign * FOLD_STEP, 0))), { beams: false }).direction,
+    depths = (sign) => points.map(({ depth }) => Math.max(depth + sign * FOLD_STEP, 0)),
+    beside = (sign) => traced(camera, lines.sky(numbers, depths(sign)), { beams: false }).direction,
     [outer, inner] = [beside(-1), beside(1)];
   return points.map(({ direction, major, phase, depth, order }, i) => {
-    const [out, in_] = [row3(outer, i), row3(inner, i)],
-      first = scaled3(less3(in_, out), 1 / (2 * FOLD_STEP)),
-      second = [0, 1, 2].map((k) => (in_[k] + out[k] - 2 * direction[k]) / FOLD_STEP ** 2),
+    const [out, inside] = [row3(outer, i), row3(inner, i)],
+      first = scaled3(less3(inside, out), 1 / (2 * FOLD_STEP)),
+      second = [0, 1, 2].map((k) => (inside[k] + out[k] - 2 * direction[k]) / FOLD_STEP ** 2),
       tangent = dot3(major, first) < 0 ? scaled3(major, -1) : major,
       normal = cross3(direction, tangent);
     return { direction, tangent, normal, phase, depth, order, speed: dot3(tangent, first), bend: dot3(normal, second) / 2 };
@@ -66,7 +67,7 @@ function foldStarts(camera, curve, star) {
 }
 
 // Images by Newton's method from guesses, each once: index, direction N on the sky at rest, error.
-function rootsFrom(sheets, stars, guesses, most_ = MOST_STEPS) {
+function rootsFrom(sheets, stars, guesses, steps = MOST_STEPS) {
   const { camera } = sheets;
   if (!guesses.length) return [];
   const lines = new Lines(camera, guesses.map(({ phase }) => phase ?? 0)),
@@ -76,7 +77,7 @@ function rootsFrom(sheets, stars, guesses, most_ = MOST_STEPS) {
       [flat(stars), 3],
       [Float64Array.from(guesses, ({ index }) => index), 1],
     ],
-    numbers = Float64Array.from([...camera.restFrame, 1, PIECES, most_]),
+    numbers = Float64Array.from([...camera.restFrame, 1, PIECES, steps]),
     found = kernels.run(`root${camera.onEquator ? "_equator" : ""}_sky`, numbers, columns, ["sky", "error", "state"], sheets.table);
   const images = [];
   found.state.forEach((state, i) => {
@@ -214,7 +215,10 @@ function imagesAt(event, camera, [theta, phi], known = []) {
     );
   counts.forEach((count, k) => {
     if (count !== expected[k] && !rings[k] && !rings[k - 1])
-      remarks.push(`index ${k}: the search found ${count} images, the caustics require ${expected[k]}; move the star or the camera a little and compare`);
+      remarks.push(
+        `index ${k}: the search found ${count} images, the caustics require ${expected[k]}; ` +
+          "move the star or the camera a little and compare",
+      );
   });
   const certified = !orders.length && counts.every((count, k) => count === expected[k] && !event.sheets.isCoarse[k]);
   return { ...measured(camera, search.images), per_index: counts, expected, on_caustic: orders, certified, remarks, found: search.images };

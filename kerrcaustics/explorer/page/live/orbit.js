@@ -125,14 +125,24 @@ function isAccounted(moments, events) {
 
 function orbitAt(event, camera, theta, number) {
   if (!camera.angularVelocity)
-    throw new Error("Argument `camera` must orbit the spin axis, so that stars have tracks: choose another velocity, and another place if it is on the axis.");
+    throw new Error(
+      "Argument `camera` must orbit the spin axis, so that stars have tracks: choose another velocity, and another " +
+        "place if it is on the axis.",
+    );
   const sense = Math.sign(camera.angularVelocity),
     { sheets } = event,
     phi = Array.from({ length: number }, (_, i) => mod((-sense * TWO_PI * i) / number, TWO_PI));
-  if (!sheets) return { period: TWO_PI / Math.abs(camera.angularVelocity), phi, frames: phi.map(() => noImages(event)), tracks: [], events: [], certified: false, remarks: noImages(event).remarks };
+  const period = TWO_PI / Math.abs(camera.angularVelocity);
+  if (!sheets) {
+    const none = noImages(event);
+    return { period, phi, frames: phi.map(() => none), tracks: [], events: [], certified: false, remarks: none.remarks };
+  }
   const events = withKinds(
     sheets,
-    sheets.curves.flatMap((curve, k) => crossingsOf(camera, curve, theta).map((root) => eventAt(camera, curve, event.curves[k].cusps, root, theta, sense))),
+    sheets.curves.flatMap((curve, k) => {
+      const { cusps } = event.curves[k];
+      return crossingsOf(camera, curve, theta).map((root) => eventAt(camera, curve, cusps, root, theta, sense));
+    }),
     theta,
     sense,
   );
@@ -161,7 +171,7 @@ function orbitAt(event, camera, theta, number) {
     certified: !onCaustic.some((flag) => flag) && counts.every((count, k) => count === expected[k]),
   }));
   return {
-    period: TWO_PI / Math.abs(camera.angularVelocity),
+    period,
     phi,
     frames,
     events,

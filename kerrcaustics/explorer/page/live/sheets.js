@@ -58,7 +58,9 @@ function sheetOf(camera, index, outer, curve) {
       const low = outer ? outer.depths.at(phase) : 0;
       return low + part * (curve.depths.at(phase) - low);
     };
-  const steps = points.slice(1).map((point, i) => Math.max(gap3(point.direction, points[i].direction), gap3(point.sight, points[i].sight), point.phase - points[i].phase)),
+  const stepTo = (point, before) =>
+    Math.max(gap3(point.direction, before.direction), gap3(point.sight, before.sight), point.phase - before.phase);
+  const steps = points.slice(1).map((point, i) => stepTo(point, points[i])),
     thinned = (step) => spaced(steps, step).map((i) => points[i].phase);
   const every = thinned(GRID_STEP),
     skip = Math.max(1, Math.floor(every.length / PROBES)),
@@ -161,15 +163,15 @@ class Sheets {
   // Guesses of images: index and direction N on the sky at rest.
   starts(star, margin) {
     const [x, y, z] = star,
-      most_ = 0.5 + LINEAR + margin,
+      reach = 0.5 + LINEAR + margin,
       { maps } = this,
       found = [];
     for (let i = 0; i < this.cells.length; i++) {
       const m = 12 * i,
         [p, q, r] = [x - maps[m + 8], y - maps[m + 9], z - maps[m + 10]];
       if (p * p + q * q + r * r > maps[m + 11] * (1 + margin) ** 2) continue;
-      if (Math.abs(maps[m] * x + maps[m + 1] * y + maps[m + 2] * z + maps[m + 3]) > most_) continue;
-      if (Math.abs(maps[m + 4] * x + maps[m + 5] * y + maps[m + 6] * z + maps[m + 7]) > most_) continue;
+      if (Math.abs(maps[m] * x + maps[m + 1] * y + maps[m + 2] * z + maps[m + 3]) > reach) continue;
+      if (Math.abs(maps[m + 4] * x + maps[m + 5] * y + maps[m + 6] * z + maps[m + 7]) > reach) continue;
       const cell = this.cells[i],
         [u, v] = bilinearPlace(cell.corners, star);
       if (Math.max(Math.abs(u - 0.5), Math.abs(v - 0.5)) > 0.5 + margin) continue;
