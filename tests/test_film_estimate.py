@@ -6,7 +6,7 @@ import pytest
 from command_line import run
 
 from kerrcaustics.cli import film_estimate
-from kerrcaustics.cli.film_estimate import extrapolated
+from kerrcaustics.cli.film_estimate import time_of_frame
 
 SCENE = """
 [hole]
@@ -28,11 +28,11 @@ end = 4
 
 def test_times_grow_with_the_pixels_but_for_a_part_of_each_frame():
     # 2 s a frame, and 1e-4 s a pixel.
-    assert extrapolated([20_000, 80_000], [4.0, 10.0], 8_000_000) == pytest.approx(802.0)
+    assert time_of_frame([20_000, 80_000], [4.0, 10.0], 8_000_000) == pytest.approx(802.0)
     # A smaller frame that was slower, or all of whose time is one of pixels.
-    assert extrapolated([20_000, 80_000], [12.0, 8.0], 800_000) == pytest.approx(80.0)
-    assert extrapolated([20_000, 80_000], [1.0, 8.0], 800_000) == pytest.approx(80.0)
-    assert extrapolated([40_000], [3.0], 40_000) == 3.0
+    assert time_of_frame([20_000, 80_000], [12.0, 8.0], 800_000) == pytest.approx(80.0)
+    assert time_of_frame([20_000, 80_000], [1.0, 8.0], 800_000) == pytest.approx(80.0)
+    assert time_of_frame([40_000], [3.0], 40_000) == 3.0
 
 
 @pytest.fixture
@@ -45,7 +45,7 @@ def drawn(monkeypatch, tmp_path):
         sizes.append((width, height))
         return 1.0 + width * height * 1e-5
 
-    monkeypatch.setattr(film_estimate, "_seconds", seconds)
+    monkeypatch.setattr(film_estimate, "seconds_to_draw", seconds)
     monkeypatch.setattr(film_estimate, "SMALL", 1000)
     monkeypatch.setattr(film_estimate, "LARGE", 4000)
     (tmp_path / "scene.toml").write_text(SCENE)
@@ -70,6 +70,7 @@ def test_a_film_is_estimated_from_small_frames_and_nothing_is_written(drawn, cap
     ("options", "complaint"),
     [
         (["--output", "x.mp4"], "--output must not be used with --estimate"),
+        (["--scheduler", "tcp://host:1"], "--scheduler must not be used with --estimate"),
         (["--restart"], "--restart must not be used with --estimate"),
         (["--frames", "40:60"], "--frames must lie within 0:48"),
     ],

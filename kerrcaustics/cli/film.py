@@ -60,8 +60,9 @@ def film(
     workers.check()
     count, only = _frames(frames)
     if estimate:
-        if output is not None or restart:
-            raise BadInput(f"Argument {'--restart' if restart else '--output'} must not be used with --estimate.")
+        unused = {"--output": output, "--restart": restart or None, "--scheduler": workers.scheduler}
+        for option in (option for option, value in unused.items() if value is not None):
+            raise BadInput(f"Argument {option} must not be used with --estimate.")
         common.check()
         resizing.check(even=True)
         _check_name(name, count, quality, resizing)
@@ -69,7 +70,10 @@ def film(
             raise BadInput(f"Argument --estimate must be used with a scene (.toml), but {name} is a script.")
         from kerrcaustics.cli.film_estimate import estimate_film
 
-        estimate_film(scene, quality, resizing, only, workers.workers or 1, common)
+        def film_in(size: tuple[int, int]) -> "Film":
+            return film_of_scene_file(scene, quality, SizeOptions(size="x".join(map(str, size))), only)
+
+        estimate_film(filmed_scene(scene, resizing).size, film_in, only, workers.workers or 1, common)
         return
     path = output or Path(f"{Path(name).stem}.mp4")
     check_film(path, "--output")

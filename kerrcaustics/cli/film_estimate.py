@@ -2,14 +2,15 @@
 
 import math
 import time
-from pathlib import Path
-from typing import Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-from kerrcaustics.choices import Quality
 from kerrcaustics.cli.options import CommonOptions
-from kerrcaustics.cli.sizes import SizeOptions
 from kerrcaustics.cli.terminal import plain_errors, progress, say
 from kerrcaustics.results.time_left import in_round_words
+
+if TYPE_CHECKING:
+    from kerrcaustics.films.film import Film
 
 # Pixels of the frames that are drawn, where the film's own have more than the larger number.
 SMALL, LARGE = 20_000, 80_000
@@ -18,41 +19,42 @@ _PLACES = (1 / 6, 1 / 2, 5 / 6)
 
 
 def estimate_film(
-    scene: Path, quality: Quality | None, resizing: SizeOptions, only: range | None, workers: int, common: CommonOptions
+    size: tuple[int, int],
+    film_in: Callable[[tuple[int, int]], "Film"],
+    only: range | None,
+    workers: int,
+    common: CommonOptions,
 ) -> None:
-    """Say how long the film of a scene file would take, and draw nothing of it."""
-    from kerrcaustics.cli.film import film_of_scene_file, filmed_scene
-
-    whole = filmed_scene(scene, resizing)
-    sizes = _sizes(*whole.size)
+    """Say how long a film of a size would take, and write nothing of it; film_in: the film in another size."""
+    sizes = _sizes(*size)
     times: list[list[float]] = []
     with progress() as report, plain_errors():
         report("frames in small sizes", 0.0)
-        for number, (width, height) in enumerate(sizes):
-            film = film_of_scene_file(scene, quality, SizeOptions(size=f"{width}x{height}"), only)
-            numbers = only or range(film.frames)
-            chosen = [numbers[int(part * len(numbers))] for part in _PLACES]
+        films = [film_in(other) for other in sizes]
+        numbers = only or range(films[0].frames)
+        chosen = [numbers[int(part * len(numbers))] for part in _PLACES]
+        for number, film in enumerate(films):
             # The first one loads.
             film.draw(chosen[0])
-            times.append([_seconds(film, frame) for frame in chosen])
+            times.append([seconds_to_draw(film, frame) for frame in chosen])
             report("frames in small sizes", (number + 1) / len(sizes))
-    pixels, count = math.prod(whole.size), len(numbers)
-    drawn = [math.prod(size) for size in sizes]
-    low, high = (extrapolated(drawn, [least(each) for each in times], pixels) for least in (min, max))
+    pixels, count = math.prod(size), len(numbers)
+    drawn = [math.prod(each) for each in sizes]
+    low, high = (time_of_frame(drawn, [least(each) for each in times], pixels) for least in (min, max))
     seconds = [each * count / workers for each in (low, high)]
-    shown = " x ".join(map(str, whole.size))
+    shown = " x ".join(map(str, size))
     where = f" on {workers} processes" if workers > 1 else ""
     small = "" if len(sizes) == 1 else ", from frames of " + " and ".join(f"{w} x {h}" for w, h in sizes)
     out = common.console()
-    say(out, f"A frame of {shown} pixels: {_between(low, high)}{small}")
-    say(out, f"{count} frames{where}: {_between(*seconds)}")
+    say(out, f"A frame of {shown} pixels: {_range_in_words(low, high)}{small}")
+    say(out, f"{count} frames{where}: {_range_in_words(*seconds)}")
     common.write(
         {
             "schema": "kerrcaustics/film-estimate/1",
             "frames": count,
             "processes": workers,
-            "size": list(whole.size),
-            "drawn_sizes": [list(size) for size in sizes],
+            "size": list(size),
+            "drawn_sizes": [list(each) for each in sizes],
             "seconds_per_frame": [low, high],
             "seconds": seconds,
         }
@@ -67,7 +69,7 @@ def _sizes(width: int, height: int) -> list[tuple[int, int]]:
     return [(2 * max(1, round(part * width / 2)), 2 * max(1, round(part * height / 2))) for part in parts]
 
 
-def extrapolated(pixels: list[int], seconds: list[float], wanted: int) -> float:
+def time_of_frame(pixels: list[int], seconds: list[float], wanted: int) -> float:
     """The time of a frame of so many pixels: a part for each frame, and one for each pixel; of one size its own.
 
     Noise may make the smaller frame slower: then all of the time is one of pixels.
@@ -80,13 +82,14 @@ def extrapolated(pixels: list[int], seconds: list[float], wanted: int) -> float:
     return seconds[1] + slope * (wanted - pixels[1])
 
 
-def _seconds(film: Any, frame: int) -> float:
+def seconds_to_draw(film: "Film", frame: int) -> float:
+    """The time that a frame takes, seconds."""
     began = time.perf_counter()
     film.draw(frame)
     return time.perf_counter() - began
 
 
-def _between(low: float, high: float) -> str:
+def _range_in_words(low: float, high: float) -> str:
     """Two durations in words; one if they read the same."""
     words = in_round_words(low), in_round_words(high)
     return f"about {words[0]}" if words[0] == words[1] else f"{words[0]} to {words[1]}"
