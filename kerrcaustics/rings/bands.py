@@ -84,7 +84,7 @@ def photon_rings(
     >>> import kerrcaustics as kc
     >>> rings = kc.photon_rings(kc.Observer(spin=0.94, inclination=0.3), outer=50.0)
     >>> [round(band.solid_angle, 4) for band in rings[1:]]
-    [41.3537, 2.7305, 0.2116]
+    [46.268, 2.7282, 0.2087]
     """
     check_viewer(viewer)
     highest = whole_number("max_order", max_order, 0, _MOST_ORDER)
