@@ -7,7 +7,7 @@ import pytest
 
 import kerrcaustics as kc
 from kerrcaustics.lens_map.plane_edges import (
-    Circles,
+    CrossingCircles,
     chi_of,
     crossing_gap,
     distances,
@@ -45,7 +45,7 @@ def random():
 def test_impact_parameters_without_spin_and_face_on_are_exact():
     camera = kc.Observer(spin=0.0, inclination=0.0)
     ends = [(n, b, kind) for n, row in enumerate(FACE_ON) for b, kind in zip(row, (2.0, math.inf), strict=True) if b]
-    circles = Circles(np.array([n + 1 for n, _, _ in ends]), np.array([kind for _, _, kind in ends]))
+    circles = CrossingCircles(np.array([n + 1 for n, _, _ in ends]), np.array([kind for _, _, kind in ends]))
     lines = lines_on(camera, 16)
     for (_, impact, _), distance in zip(ends, distances(camera, lines, circles).T, strict=True):
         size = np.hypot(*camera.places(lines.sky(distance)).T)
@@ -92,7 +92,9 @@ def test_chi_is_the_inverse_of_the_edge_phase(inclination):
 @pytest.mark.parametrize("name", ["infinity", "south", "camera", "photon orbits"])
 def test_curves_between_lines_are_good_to_their_errors(name, random):
     camera = search_camera(VIEWERS[name])
-    circles = Circles(np.array([1, 2, 3, 2, 3, 1]), np.array([kerr.horizon(camera.spin)] * 3 + [math.inf] * 2 + [5.0]))
+    circles = CrossingCircles(
+        np.array([1, 2, 3, 2, 3, 1]), np.array([kerr.horizon(camera.spin)] * 3 + [math.inf] * 2 + [5.0])
+    )
     edges = plane_edges(camera, circles)
     assert edges.agrees.all()
     finer = distances(camera, lines_on(camera, 62), circles)
@@ -103,7 +105,7 @@ def test_curves_between_lines_are_good_to_their_errors(name, random):
 
 def test_errors_are_honest_where_nodes_are_too_few():
     camera = kc.Observer(spin=0.999, inclination=math.radians(85))
-    circles = Circles(np.array([1, 2, 2]), np.array([kerr.horizon(0.999)] * 2 + [math.inf]))
+    circles = CrossingCircles(np.array([1, 2, 2]), np.array([kerr.horizon(0.999)] * 2 + [math.inf]))
     edges = plane_edges(camera, circles, most_nodes=64)
     finer = distances(camera, lines_on(camera, 150), circles)
     off = np.abs(interpolated(edges.distance, fourier.nodes(150)) - finer).max(axis=0)
@@ -112,7 +114,7 @@ def test_errors_are_honest_where_nodes_are_too_few():
 
 def test_a_circle_that_is_seen_on_both_sides_of_the_shadow_edge_is_found():
     camera = kc.Observer(spin=0.9, inclination=1.2)
-    circles = Circles(np.array([1]), np.array([4.0]))
+    circles = CrossingCircles(np.array([1]), np.array([4.0]))
     edges = plane_edges(camera, circles)
     assert edges.distance.min() < 0 < edges.distance.max()
     lines = lines_on(camera, len(edges.distance))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import kerrcaustics as kc
-from kerrcaustics.lens_map.plane_edges import Circles, interpolated, lines_on, plane_edges
+from kerrcaustics.lens_map.plane_edges import CrossingCircles, interpolated, lines_on, plane_edges
 from kerrcaustics.lens_map.search_sky import search_camera
 from kerrcaustics.rings import bands
 from kerrcaustics.rings.certificate import met_once
@@ -39,7 +39,7 @@ def wrong_directions(one, count):
     names = [
         (n, side) for n in (0, 1, 2) for side in (kerr.horizon(one.spin), math.inf) if n or side < math.inf or not far
     ]
-    circles = Circles(np.array([n + 1 for n, _ in names]), np.array([side for _, side in names]))
+    circles = CrossingCircles(np.array([n + 1 for n, _ in names]), np.array([side for _, side in names]))
     edges = plane_edges(camera, circles)
     lines = lines_on(camera, count)
     chi = 2 * np.pi * (np.arange(count) + 0.5) / count

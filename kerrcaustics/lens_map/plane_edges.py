@@ -63,7 +63,7 @@ _STEP, _LARGEST_STEP = 1e-5, 0.1
 _OVER_ROUNDING = 300.0
 
 
-class Circles(NamedTuple):
+class CrossingCircles(NamedTuple):
     """Circles in the plane as rays see them at one of their crossings of it.
 
     crossing: number of the crossing of each, from 1.
@@ -125,7 +125,7 @@ def _bend(camera: Viewer) -> float:
     return _IN_PLANE if camera.on_equator else 1 - abs(camera.cos_theta)
 
 
-def plane_edges(camera: Viewer, circles: Circles, most_nodes: int = MOST_NODES) -> PlaneEdges:
+def plane_edges(camera: Viewer, circles: CrossingCircles, most_nodes: int = MOST_NODES) -> PlaneEdges:
     """The images of circles on as many lines as they need, or on the most.
 
     Errors: of the distance, the sum of that of interpolation between the lines, by the end of its Fourier series, and
@@ -157,7 +157,7 @@ def lines_on(camera: Viewer, count: int) -> Lines:
 
 
 def distances(
-    camera: Viewer, lines: Lines, circles: Circles, fewer: Float[Array, "nodes circles"] | None = None
+    camera: Viewer, lines: Lines, circles: CrossingCircles, fewer: Float[Array, "nodes circles"] | None = None
 ) -> Float[Array, "lines circles"]:
     """Signed distances from the shadow edge, radians, at which lines meet circles; NaN where they do not.
 
@@ -242,7 +242,7 @@ def _scale(distance: Float[Array, "lines circles"]) -> Float[Array, "lines circl
     return np.where(signs == 0, np.abs(distance).mean(axis=0), np.abs(distance))
 
 
-def _slopes(camera: Viewer, lines: Lines, circles: Circles, distance: Array) -> Float[Array, "lines circles"]:
+def _slopes(camera: Viewer, lines: Lines, circles: CrossingCircles, distance: Array) -> Float[Array, "lines circles"]:
     """Derivatives of the gap by ln |distance|, in the sense of growing distance."""
     start, ahead = lines.start[:, None], lines.ahead[:, None]
     step = _steps(distance)
@@ -258,7 +258,7 @@ def _steps(distance: Array) -> Array:
         return np.clip(_OVER_ROUNDING * _OF_DIRECTION / np.abs(distance), _STEP, _LARGEST_STEP)
 
 
-def _rounding(circles: Circles, distance: Array, slope: Array, left: Array) -> Float[Array, "lines circles"]:
+def _rounding(circles: CrossingCircles, distance: Array, slope: Array, left: Array) -> Float[Array, "lines circles"]:
     """Rounding of distances, radians; left, the gaps there, which show more of it beside turning points."""
     # Times are at most about this long: to the crossing, which is half a period later for each further one.
     time = np.pi * (circles.crossing + 1)

@@ -109,6 +109,15 @@ def lines_of(edge: BandEdge, count: int) -> Lines:
     return lines_on(search_sky(edge.camera).search_camera, count)
 
 
+def turns(lines: Lines) -> tuple[Float[Array, " lines"], Float[Array, " lines"]]:
+    """Position angles of such lines about the middle of the hole, and their changes from one line to the next."""
+    turn = np.unwrap(np.arctan2(lines.start[:, 2], lines.start[:, 1]))
+    # The shadow edge runs clockwise, as chi grows.
+    count = len(lines)
+    step = 1 - fourier.resampled(fourier.coefficients(turn + fourier.nodes(count)), count, 1)
+    return turn, 2 * np.pi / count * step
+
+
 def distances_on(edge: BandEdge, lines: Lines) -> Float[Array, " lines"]:
     """Distances of an edge on such lines."""
     upper, lower = (interpolated_evenly(whole, len(lines)) for whole in _both_halves(edge))

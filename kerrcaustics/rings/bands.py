@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kerrcaustics.lens_map.plane_edges import Circles, PlaneEdges, edge_phase_of, plane_edges
+from kerrcaustics.lens_map.plane_edges import CrossingCircles, PlaneEdges, edge_phase_of, plane_edges
 from kerrcaustics.lens_map.search_sky import SearchSky, search_sky
 from kerrcaustics.lens_map.sky_lines import lines_across
 from kerrcaustics.numerics import fourier
@@ -130,7 +130,7 @@ class _BandSearch:
 
     sky: SearchSky
     radii: tuple[float, float]
-    circles: Circles
+    circles: CrossingCircles
     edges: PlaneEdges
     met_once: Bool[Array, " circles"]
     wrong: Array
@@ -142,7 +142,7 @@ class _BandSearch:
         crossing, side = (part.ravel() for part in np.indices((highest + 1, 2)))
         radius = np.array(radii)[side]
         far = isinstance(camera, Observer) & (crossing == 0) & (side == 1) & _is_far(camera, radii[1])
-        circles = Circles(crossing[~far] + 1, radius[~far])
+        circles = CrossingCircles(crossing[~far] + 1, radius[~far])
         edges = plane_edges(camera, circles)
         return cls(sky, radii, circles, edges, met_once(camera, circles), wrong_rays(camera, circles, edges))
 

@@ -4,7 +4,14 @@ import numpy as np
 
 from kerrcaustics.beams.beam import Status
 from kerrcaustics.beams.ends import EquatorialPlane
-from kerrcaustics.lens_map.plane_edges import Circles, PlaneEdges, crossing_gap, edge_phase_of, interpolated, lines_on
+from kerrcaustics.lens_map.plane_edges import (
+    CrossingCircles,
+    PlaneEdges,
+    crossing_gap,
+    edge_phase_of,
+    interpolated,
+    lines_on,
+)
 from kerrcaustics.lens_map.plane_map import plane_rays
 from kerrcaustics.lens_map.sky_lines import lines_across
 from kerrcaustics.shapes import Bool, Float, Int
@@ -22,7 +29,7 @@ _NEAREST, _FARTHEST_RAY = 1e-9, 1e-2
 _SEED = 5
 
 
-def met_once(camera: Viewer, circles: Circles) -> Bool[Array, " circles"]:
+def met_once(camera: Viewer, circles: CrossingCircles) -> Bool[Array, " circles"]:
     """True for circles that each of some lines meets once, by the sign of the gap at places along them."""
     lines = lines_on(camera, _LINES)
     inward, outward = (np.geomspace(_CLOSEST, _FARTHEST * far, _PLACES, axis=1) for far in (-lines.first, lines.last))
@@ -31,7 +38,7 @@ def met_once(camera: Viewer, circles: Circles) -> Bool[Array, " circles"]:
     return ((gap[:, 1:] != gap[:, :-1]).sum(axis=1) == 1).all(axis=0)
 
 
-def wrong_rays(camera: Viewer, circles: Circles, edges: PlaneEdges) -> Int[Array, " circles"]:
+def wrong_rays(camera: Viewer, circles: CrossingCircles, edges: PlaneEdges) -> Int[Array, " circles"]:
     """The number of rays beside each curve that end on the wrong side of its circle, farther from it than its error.
 
     Rays are traced, in random directions on both sides, and cross the plane at a radius that has its own error.

@@ -11,12 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from kerrcaustics.beams.ends import EquatorialPlane
-from kerrcaustics.lens_map.plane_edges import Circles, distances
+from kerrcaustics.lens_map.plane_edges import CrossingCircles, distances
 from kerrcaustics.lens_map.plane_map import plane_rays
 from kerrcaustics.lens_map.search_sky import search_sky
 from kerrcaustics.lens_map.sky_lines import Lines
 from kerrcaustics.numerics import fourier
-from kerrcaustics.rings.band_edge import BandEdge, distances_on, has_point, lines_of
+from kerrcaustics.rings.band_edge import BandEdge, distances_on, has_point, lines_of, turns
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime import kerr
 from kerrcaustics.spacetime.observer import SCREEN
@@ -77,9 +77,8 @@ def light_nodes(
     intensity, lost = _intensity(inner, lines, distance, brightness, motion)
     angle = distance - lines.first[:, None]
     size = 2 * SCREEN * np.tan(angle / 2)
-    turn = np.unwrap(np.arctan2(lines.start[:, 2], lines.start[:, 1]))
-    step = 1 - fourier.resampled(fourier.coefficients(turn + fourier.nodes(count)), count, 1)
-    area = size * SCREEN / np.cos(angle / 2) ** 2 * (2 * np.pi / count * step)[:, None]
+    turn, step = turns(lines)
+    area = size * SCREEN / np.cos(angle / 2) ** 2 * step[:, None]
     place = size[..., None] * np.stack([np.cos(turn), np.sin(turn)], axis=-1)[:, None]
     intensity = np.where(lost, 0, intensity)
     upper, lower = (area * (half * weight).reshape(count, -1) for weight in (kronrod, gauss))
@@ -106,10 +105,12 @@ def _ends(inner: BandEdge, outer: BandEdge, lines: Lines, radii: Float[Array, " 
     columns = [near, far]
     if len(radii):
         crossing = np.full(len(radii), inner.order + 1)
-        between = distances(camera, lines, Circles(crossing, radii))
+        between = distances(camera, lines, CrossingCircles(crossing, radii))
         if camera.on_equator:
             below = fourier.nodes(len(lines)) > np.pi
-            lower = near[:, None] if has_point(inner) else distances(camera, lines, Circles(crossing - 1, radii))
+            lower = (
+                near[:, None] if has_point(inner) else distances(camera, lines, CrossingCircles(crossing - 1, radii))
+            )
             between = np.where(below[:, None], lower, between)
         columns[1:1] = list(between.T)
     return np.stack(columns, axis=1)

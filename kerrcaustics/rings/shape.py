@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from kerrcaustics.lens_map.search_sky import ScreenSky, SearchSky, search_sky
 from kerrcaustics.numerics import fourier
-from kerrcaustics.rings.band_edge import Arc, BandEdge, arcs, distances_on, lines_of
+from kerrcaustics.rings.band_edge import Arc, BandEdge, arcs, distances_on, has_point, lines_of, turns
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime.checks import numbers
 from kerrcaustics.spacetime.observer import SCREEN
@@ -77,11 +77,7 @@ class _Chords(NamedTuple):
 def _chords(inner: BandEdge, outer: BandEdge, count: int) -> _Chords:
     lines = lines_of(inner, count)
     near, far = distances_on(inner, lines), distances_on(outer, lines)
-    turn = np.unwrap(np.arctan2(lines.start[:, 2], lines.start[:, 1]))
-    # The edge runs clockwise, as chi grows.
-    chi = fourier.nodes(count)
-    step = 1 - fourier.resampled(fourier.coefficients(turn + chi), count, 1)
-    return _Chords(near - lines.first, far - lines.first, far - near, turn, 2 * np.pi / count * step)
+    return _Chords(near - lines.first, far - lines.first, far - near, *turns(lines))
 
 
 def area_between(inner: BandEdge, outer: BandEdge) -> Area:
@@ -133,7 +129,7 @@ def support(edge: BandEdge, angle: Float[Array, " angles"]) -> Float[Array, " an
     best = np.full(len(angle), -np.inf)
     for arc in arcs(edge, _FINER * len(edge.distance)):
         best = np.maximum(best, _largest_on(arc, onto))
-    if edge.camera.on_equator and edge.order == 0:
+    if has_point(edge):
         # The lower half is the middle of the hole.
         best = np.maximum(best, 0.0)
     return best

@@ -209,10 +209,11 @@ def _per_mass(scale: PhysicalScale | None) -> float:
 def _bands_of_order(rings: PhotonRings, order: int | None) -> list[PhotonBand]:
     """The bands of an argument; ValueError if there are none with two edges."""
     if order is None:
-        return [band for band in rings if band.outer is not None] or [rings[0], *both_edges(rings[0])][:1]
-    band = rings[whole_number("order", order, 0, len(rings) - 1)]
-    both_edges(band)
-    return [band]
+        bands = [band for band in rings if band.outer is not None]
+    else:
+        bands = [rings[whole_number("order", order, 0, len(rings) - 1)]]
+    both_edges(bands[0] if bands else rings[0])
+    return bands
 
 
 def nodes_needed(wave: Float[Array, " n"], radius: float, bend: float) -> Float[Array, " n"]:

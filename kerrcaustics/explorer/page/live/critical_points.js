@@ -39,18 +39,16 @@ function pointsAt(lines, which, depths, orders) {
   return Array.from(which, (i, j) => {
     const sight = lines.sight(i, depths[j]),
       direction = row3(beams.direction, j),
-      [x, y, z] = direction,
       { major, minor, angle } = shapeOf(beams.jacobian, j),
-      around = Math.hypot(x, y),
-      [c, d] = around ? [x / around, y / around] : [1, 0];
-    const axis = [z * c, z * d, -around].map((part, k) => Math.cos(angle) * part + Math.sin(angle) * [-d, c, 0][k]);
+      [eTheta, ePhi] = polarBasis(direction),
+      axis = eTheta.map((part, k) => Math.cos(angle) * part + Math.sin(angle) * ePhi[k]);
     return {
       order: orders[j],
       phase: lines.phases[i],
       depth: depths[j],
       sight,
       direction,
-      theta: Math.atan2(around, z),
+      theta: Math.atan2(Math.hypot(direction[0], direction[1]), direction[2]),
       // Rays with b > 0, which move along phi, pass the axis as many times as their order: the curve closes.
       azimuth: beams.azimuth[j] + (sight[2] < 0 ? TWO_PI * orders[j] : 0),
       major: axis,

@@ -118,9 +118,7 @@ function rootByStraightSteps(camera, star, index, start) {
 // The tangent of the sky along which a beam would bring the end of its ray to a star.
 function pulledBack(jacobian, direction, star, sky, distance) {
   const way = less3(star, direction),
-    around = Math.hypot(direction[0], direction[1]),
-    [c, d] = around ? [direction[0] / around, direction[1] / around] : [1, 0],
-    [first, second] = [dot3([direction[2] * c, direction[2] * d, -around], way), dot3([-d, c, 0], way)],
+    [first, second] = polarBasis(direction).map((tangent) => dot3(tangent, way)),
     longer = distance / (Math.hypot(first, second) || 1),
     [a, b, e, f] = jacobian,
     area = a * f - b * e,
@@ -201,6 +199,10 @@ function measured(camera, images) {
 
 const determinant = (jacobian, i) => jacobian[4 * i] * jacobian[4 * i + 3] - jacobian[4 * i + 1] * jacobian[4 * i + 2];
 
+// Whether a search found what the caustics require, on grids that are fine enough, of a star on none of them.
+const isCertified = ({ isCoarse }, { counts, expected, onCaustic }) =>
+  !onCaustic.some((flag) => flag) && counts.every((count, k) => count === expected[k] && !isCoarse[k]);
+
 function imagesAt(event, camera, [theta, phi], known = []) {
   if (!event.sheets) return noImages(event);
   const search = searchedImages(event.sheets, fromAngles(theta, phi), known),
@@ -220,7 +222,7 @@ function imagesAt(event, camera, [theta, phi], known = []) {
           "move the star or the camera a little and compare",
       );
   });
-  const certified = !orders.length && counts.every((count, k) => count === expected[k] && !event.sheets.isCoarse[k]);
+  const certified = isCertified(event.sheets, search);
   return { ...measured(camera, search.images), per_index: counts, expected, on_caustic: orders, certified, remarks, found: search.images };
 }
 

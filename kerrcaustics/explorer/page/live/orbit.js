@@ -166,10 +166,7 @@ function orbitAt(event, camera, theta, number) {
   for (const { isPoint, order, blur, middle } of sheets.curves)
     if (isPoint && Math.abs(Math.acos(bounded(middle[2] / size3(middle), -1, 1)) - theta) <= blur)
       remarks.push(`the star passes through the caustic of order ${order}, which is a point`);
-  const frames = moments.map(({ images, counts, expected, onCaustic }) => ({
-    images,
-    certified: !onCaustic.some((flag) => flag) && counts.every((count, k) => count === expected[k]),
-  }));
+  const frames = moments.map((moment) => ({ images: moment.images, certified: isCertified(sheets, moment) }));
   return {
     period,
     phi,

@@ -24,6 +24,16 @@ const even = (n, low, high) => Float64Array.from({ length: n }, (_, i) => low + 
 const most = (values) => values.reduce((a, b) => Math.max(a, b), -Infinity);
 const least = (values) => values.reduce((a, b) => Math.min(a, b), Infinity);
 
+// Unit tangents (e_theta, e_phi) of the sphere; on the axis their limit along phi = 0.
+function polarBasis([x, y, z]) {
+  const around = Math.hypot(x, y),
+    [c, d] = around ? [x / around, y / around] : [1, 0];
+  return [
+    [z * c, z * d, -around],
+    [-d, c, 0],
+  ];
+}
+
 // Two tangents of the sphere at a unit vector (Duff et al. 2017, J. Comput. Graph. Tech. 6(1)).
 function tangentsAt([x, y, z]) {
   const sign = z >= 0 ? 1 : -1,

@@ -36,11 +36,13 @@ function distanceFrom({ first, second, chord }, star) {
   return size3(less3(way, scaled3(side, part)));
 }
 
+// Whether a side between two azimuths passes over another one, whole turns aside.
+const covers = (west, east, phi) =>
+  (west < phi && phi <= east) || (west < phi - TWO_PI && phi - TWO_PI <= east) || (west < phi + TWO_PI && phi + TWO_PI <= east);
+
 // The signed crossing of the meridian from a star to the north pole by a side.
 function crossing(side, star, phi) {
-  const { west, east } = side,
-    covers = (west < phi && phi <= east) || (west < phi - TWO_PI && phi - TWO_PI <= east) || (west < phi + TWO_PI && phi + TWO_PI <= east);
-  return covers && dot3(side.south, less3(star, side.first.direction)) > 0 ? side.sign : 0;
+  return covers(side.west, side.east, phi) && dot3(side.south, less3(star, side.first.direction)) > 0 ? side.sign : 0;
 }
 
 // The sides of a caustic: next to a cusp it turns back, and leaves them by no more than those around are long.
@@ -81,9 +83,7 @@ function windingOf(camera, curve, star) {
         continue;
       }
     }
-    const [west, east] = [table[t + 5], table[t + 6]];
-    if ((west < phi && phi <= east) || (west < phi - TWO_PI && phi - TWO_PI <= east) || (west < phi + TWO_PI && phi + TWO_PI <= east))
-      result.count += crossing(sides[i], star, phi);
+    if (covers(table[t + 5], table[t + 6], phi)) result.count += crossing(sides[i], star, phi);
   }
   return result;
 }
