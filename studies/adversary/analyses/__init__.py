@@ -1,0 +1,1 @@
+"""Random cases of what is computed from beams, each held against an independent truth."""
