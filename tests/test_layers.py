@@ -37,7 +37,7 @@ FLOORS = {
         "functional": "curves images",
     },
     "pictures": {"scenes": "", "films": "", "draw": "scenes films", "scene_files": "scenes draw"},
-    "apps": {"explorer": "", "sweeps": "", "report": "", "scripts": "", "cli": "explorer sweeps report scripts"},
+    "apps": {"explorer": "", "sweeps": "", "report": "scripts", "scripts": "", "cli": "explorer sweeps report scripts"},
 }
 ENTRY_POINTS = {"__init__", "__main__", "skies", "disks", "pictures"}
 MODULES = sorted(path.relative_to(PACKAGE) for path in PACKAGE.rglob("*.py"))
@@ -59,6 +59,7 @@ AT_ONCE = [
     "scene",
     "scene --template disk",
     "study report no",
+    "study --help",
     "sweep no.toml",
     "sweep bad.toml",
 ]

@@ -21,6 +21,7 @@ The worst of each broken claim is written as Python, with simple numbers where t
 
 import time
 from pathlib import Path
+from typing import Any
 
 from kerrcaustics.report.study_records import write_study
 from kerrcaustics.report.tables import markdown_table, text_table
@@ -32,6 +33,11 @@ from .picture import picture
 from .reproductions import Broken, simplified
 from .tally import Tally
 from .trials import TRIALS, Trial
+
+QUESTION = "Is any answer false, in random hard cases?"
+# Run times on two cores of an AMD EPYC (2.6 GHz, shared).
+SECONDS = 260
+QUICK_SECONDS = 20
 
 # The claim about reported errors: the true one is at most this many times larger.
 HONEST = 10.0
@@ -64,6 +70,10 @@ def findings(tally: Tally) -> list[str]:
                 f"{claim}: of {counts[0]} claims, {counts[-1]} are off by more than ten times, at most {worst:.2g}."
             )
     return sentences
+
+
+QUICK: dict[str, Any] = {"cases": 5, "rays": 31}
+"""Arguments of `main` for a quick run."""
 
 
 def main(
