@@ -136,9 +136,7 @@ def test_no_module_imports_itself_by_way_of_others():
     names = {".".join(path.with_suffix("").parts).removesuffix(".__init__"): path for path in MODULES}
     uses = {}
     for name, path in names.items():
-        uses[name] = {
-            part if part in names else part.rpartition(".")[0] for part in imports(path)[1]
-        } & set(names)
+        uses[name] = {part if part in names else part.rpartition(".")[0] for part in imports(path)[1]} & set(names)
     waiting = set(names)
     while free := {name for name in waiting if not uses[name] & waiting - {name}}:
         waiting -= free
