@@ -81,6 +81,7 @@ SETTINGS = {
         "patience": math.inf,
         "gaps": (0.1, 1e-9),
         "heights": (1.0,),
+        "distances": (math.inf, 1e-6),
     },
     "waves": {"cases": 6},
 }
@@ -163,7 +164,9 @@ def check_stability(entry):
     for row in entry["problems"]:
         assert (row["verdict"], row["faults"]) in [("ok", []), ("honest", [])]
         assert row["truths"] == 1 and row["escaped"] > 0
-    assert len(entry["map"]) == 2 and all(0 < cell["ratio"] < 10 for cell in entry["map"])
+        assert row["shown"]["escaped"] == str(row["escaped"])
+    assert [cell["distance"] for cell in entry["map"]] == [None, None, 1e-6, 1e-6]
+    assert all(0 < cell["ratio"] < 10 for cell in entry["map"])
 
 
 CHECKS = {

@@ -266,7 +266,7 @@ def findings(rows: list[Check]) -> list[str]:
 
 
 QUICK: dict[str, Any] = {
-    "cameras": 12,
+    "cameras": 24,
     "named": ("no spin", "spin 1 - 1e-6", "next to the horizon", "far, 30 degrees", "0.001 degrees from the axis"),
 }
 """Arguments of `main` for a quick run."""

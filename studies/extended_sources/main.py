@@ -32,7 +32,7 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 from .twin import summed
 
-QUESTION = "Are magnifications of discs those of sums?"
+QUESTION = "Do magnifications of discs agree with sums?"
 # Run times on two cores of an AMD EPYC (2.6 GHz, shared).
 SECONDS = 300
 QUICK_SECONDS = 20

@@ -32,7 +32,7 @@ from .crossings import CriticalCrossings, critical_crossings, crossings_by_index
 from .pairs import crossings_of
 from .velocity import critical_misses, image_misses, moving
 
-QUESTION = "What is true of five questions of the paper?"
+QUESTION = "What answers have the paper's open questions?"
 # Run times on two cores of an AMD EPYC (2.6 GHz, shared).
 SECONDS = 62
 QUICK_SECONDS = 20

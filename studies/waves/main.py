@@ -136,9 +136,10 @@ def without_spin() -> list[Field]:
     camera = kc.Camera(0.0, RADIUS, velocity="fiducial")
     omega = np.array(LONG_WAVES, float)
     found = []
+    # Its radial functions are those of all angles.
+    true = np.stack([partial_waves(frequency, RADIUS, np.array(ANGLES)) for frequency in LONG_WAVES], axis=1)
     for case, angle in enumerate(ANGLES):
-        true = np.array([partial_waves(frequency, RADIUS, np.array([angle]))[0] for frequency in LONG_WAVES])
-        found += fields(camera, (math.pi / 2, math.pi - angle), omega, case, true)
+        found += fields(camera, (math.pi / 2, math.pi - angle), omega, case, true[case])
     return found
 
 
