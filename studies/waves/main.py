@@ -31,7 +31,7 @@ from kerrcaustics.spacetime.viewer import Viewer
 from ..truth.partial_waves import field as partial_waves
 
 QUESTION = "Do the methods for waves agree?"
-# Run times on two cores of an AMD EPYC (2.6 GHz, shared).
+# Run time on two cores of an AMD EPYC (2.6 GHz, shared), and processor time there with QUICK.
 SECONDS = 540
 QUICK_SECONDS = 20
 
