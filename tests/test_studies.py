@@ -82,6 +82,7 @@ SETTINGS = {
         "patience": math.inf,
         "gaps": (0.1, 1e-9),
         "heights": (1.0,),
+        "distances": (math.inf, 1e-6),
     },
     "waves": {"cases": 6},
 }
@@ -164,7 +165,9 @@ def check_stability(entry):
     for row in entry["problems"]:
         assert (row["verdict"], row["faults"]) in [("ok", []), ("honest", [])]
         assert row["truths"] == 1 and row["escaped"] > 0
-    assert len(entry["map"]) == 2 and all(0 < cell["ratio"] < 10 for cell in entry["map"])
+        assert row["shown"]["escaped"] == str(row["escaped"])
+    assert [cell["distance"] for cell in entry["map"]] == [None, None, 1e-6, 1e-6]
+    assert all(0 < cell["ratio"] < 10 for cell in entry["map"])
 
 
 CHECKS = {
@@ -281,7 +284,8 @@ def test_the_secondary_caustic_winds_where_the_study_says():
     study = STUDIES.load("spin_radius")
     found = study.winding(0.999, 1)
     # Another program has 1.013 circuits at r = 2.6: 364.60 degrees, and 0.731 at 6.03.
-    assert 2.6 < found.radius < 3.0 and found.error < 1e-7
+    assert 2.6 < found.radius < 3.0 and found.error < 1e-7 and found.confirmed
+    assert not study.is_met(0.999, found.radius + 0.01, (1.0, math.inf)) and not study.is_met(0.999, 2.6, (0.0, 1.0))
     for side in (-1, 1):
         circuits = study.secondary_circuits(0.999, found.radius + 10 * side * found.error)[0]
         assert math.copysign(1, circuits - 1) == -side
