@@ -116,6 +116,7 @@ LISTS = {
     "plots": {"plots": ("plot_list", "plot_list")},
     "results": {"results": ("result_list", "result_list")},
     "scene_files": {"keys": ("kerrcaustics.scene_files.key_tables", "key_tables")},
+    "studies": {"times": ("kerrcaustics.cli.study_list", "time_table")},
     "sweeps": {
         "keys": ("kerrcaustics.sweeps.key_tables", "scene_table"),
         "variables": ("kerrcaustics.sweeps.key_tables", "variable_table"),

@@ -1,14 +1,16 @@
 """Figures, films and studies, located by their place in a checkout or beside the modules of an installed package.
 
 A study is a folder studies/NAME/ with a main.py, a figure a file figures/NAME.py; both have a function
-`main(output: Path, ...) -> list[Path]`, which puts its files into a folder that exists and returns them. A film is a
-file figures/films/NAME.py with `film(frames: int = ...) -> Film`. Names that begin with an underscore are none of them.
+`main(output: Path, ...) -> list[Path]`, which puts its files into a folder that exists and returns them. A study also
+has QUICK, arguments of `main` for fewer cases. A film is a file figures/films/NAME.py with
+`film(frames: int = ...) -> Film`. Names that begin with an underscore are none of them.
 """
 
 import os
 import re
 import subprocess
 import sys
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module
@@ -20,6 +22,10 @@ from kerrcaustics.choices import suggestion
 
 if TYPE_CHECKING:
     from kerrcaustics.films.film import Film
+
+
+QUICK_RUN = ContextVar("QUICK_RUN", default=False)
+"""True while a study runs on fewer cases; its record says so."""
 
 
 def scripts_home(package: Path) -> Path:
@@ -64,20 +70,30 @@ class ScriptFolder:
             sys.modules[name].__path__ = [str(self.folder)]
         return name
 
-    def run(self, name: str, output: Path) -> list[Path]:
-        """Run a script and return the files it wrote into the folder `output`, which is made when missing."""
-        output.mkdir(parents=True, exist_ok=True)
-        return self.load(name).main(output)
+    def run(self, name: str, output: Path, quick: bool = False) -> list[Path]:
+        """Run a script and return the files it wrote into the folder `output`, which is made when missing.
 
-    def run_apart(self, name: str, output: Path) -> None:
+        quick: run a study with the arguments in its QUICK.
+        """
+        output.mkdir(parents=True, exist_ok=True)
+        script = self.load(name)
+        before = QUICK_RUN.set(quick)
+        try:
+            return script.main(output, **(script.QUICK if quick else {}))
+        finally:
+            QUICK_RUN.reset(before)
+
+    def run_apart(self, name: str, output: Path, quick: bool = False) -> None:
         """Run a script in a process of its own, whose threads and memory no other script shares.
+
+        quick: as for `run`.
 
         Raises
         ------
         RuntimeError
             If the script failed; its error is on standard error.
         """
-        arguments = [self.word, str(self.folder), self.place, name, str(output)]
+        arguments = [self.word, str(self.folder), self.place, name, str(output), *["quick"] * quick]
         process = subprocess.run([sys.executable, "-m", "kerrcaustics.scripts", *arguments], check=False)
         if process.returncode:
             raise RuntimeError(f"The {self.word} {name} ended with status {process.returncode}.")
@@ -113,10 +129,10 @@ STUDIES = ScriptFolder("study", HOME / "studies", "{}/main.py")
 FILMS = ScriptFolder("film", HOME / "figures" / "films")
 
 
-def _run_one(word: str, folder: str, place: str, name: str, output: str) -> None:
+def _run_one(word: str, folder: str, place: str, name: str, output: str, *quick: str) -> None:
     """Run a script for `run_apart`; a failure is one line."""
     try:
-        ScriptFolder(word, Path(folder), place).run(name, Path(output))
+        ScriptFolder(word, Path(folder), place).run(name, Path(output), bool(quick))
     except KeyboardInterrupt:
         sys.exit(1)
     except Exception as error:

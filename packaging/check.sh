@@ -4,9 +4,15 @@
 # in an empty folder. Wheels of other platforms are built, and looked at alone. What cannot be tried is said. Some
 # minutes; needs uv and the network, no compiler, nothing of .venv.
 #
-#   packaging/check.sh            # all
-#   packaging/check.sh plain      # only environments whose name begins so
+#   packaging/check.sh                  # all
+#   packaging/check.sh plain            # only environments whose name begins so
+#   packaging/check.sh --dist dist      # all, with the source and the wheels of that folder, which are to be published
 set -euo pipefail
+dist=
+if [ "${1:-}" = --dist ]; then
+    dist=$(cd "${2:?the folder with source and wheels is missing}" && pwd)
+    shift 2
+fi
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 root=$PWD
 only=${1:-}
@@ -49,13 +55,20 @@ attempt() {
 }
 
 say "$(uv --version)"
-say "Building source and wheel"
-uv tool run --quiet --from build pyproject-build --installer uv --outdir "$place/dist" . >"$place/build.txt" 2>&1 ||
-    { cat "$place/build.txt"; exit 1; }
-ls "$place/dist"
-wheel=$(echo "$place"/dist/*.whl)
-[ -n "$only" ] || packaging/build_wheels.sh "$place/wheels" || failed=1
-uv tool run --quiet twine check --strict "$place"/dist/* $(ls "$place"/wheels/* 2>/dev/null) || failed=1
+source=$place/source own=
+if [ -n "$dist" ]; then
+    source=$dist wheels=$dist
+    [ "$(uname)" = Darwin ] && own=macosx*$(uname -m) || own=manylinux*$(uname -m)
+else
+    say "Building source and wheel"
+    uv tool run --quiet --from build pyproject-build --installer uv --outdir "$source" . >"$place/build.txt" 2>&1 ||
+        { cat "$place/build.txt"; exit 1; }
+    wheels=$place/wheels
+    [ -n "$only" ] || packaging/build_wheels.sh "$wheels" || failed=1
+fi
+ls "$source"
+wheel=$(echo "$source"/*$own.whl)
+uv tool run --quiet twine check --strict "$source"/* $(ls "$wheels"/* 2>/dev/null) || failed=1
 
 oldest=$(python_of 3.11)
 newest=
@@ -65,6 +78,8 @@ for version in 3.14 3.13 3.12; do
 done
 if [ -n "$oldest" ]; then
     attempt plain "$oldest" "$wheel"
+    # Where the wheels were there already, none has been built from the source.
+    [ -z "$dist" ] || attempt from-source "$oldest" "$dist"/*.tar.gz
     attempt oldest "$oldest" "$wheel" --constraints requirements-oldest.lock
     for extra in "${extras[@]}"; do
         attempt "extra-$extra" "$oldest" "$wheel[$extra]"

@@ -5,6 +5,7 @@ import gc
 import os
 import re
 import sys
+from collections import defaultdict
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -52,8 +53,9 @@ def checked_modules():
 
 # GB: when memory is given back, and what must not be kept then.
 MUCH, MOST = 3.0, 4.0
-# Tests of which a case has run.
-_SEEN = set()
+# Of each file, the tests of which a case has run; the number of them that check types in the fast suite.
+_SEEN = defaultdict(set)
+_CHECKED = 3
 
 
 def pytest_configure(config):
@@ -77,11 +79,16 @@ def memory_given_back():
 
 @pytest.fixture(autouse=True)
 def types_checked(request):
-    """In the first case of each fast test, but for those with stand-ins: others would take up to twice as long."""
+    """In the first case of each fast test, but for those with stand-ins; in the fast suite of a few of each file.
+
+    Others would take up to twice as long, and the fast suite a third longer.
+    """
     unchecked = any(request.node.get_closest_marker(name) for name in ("slow", "stand_ins"))
-    test = request.node.path, request.node.originalname
-    jaxtyping.config.update("jaxtyping_disable", unchecked or test in _SEEN)
-    _SEEN.add(test)
+    seen, name = _SEEN[request.node.path], request.node.originalname
+    enough = len(seen) >= _CHECKED and request.config.getoption("markexpr") != ""
+    jaxtyping.config.update("jaxtyping_disable", unchecked or name in seen or enough)
+    if not unchecked:
+        seen.add(name)
 
 
 @pytest.fixture(autouse=True)

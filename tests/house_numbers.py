@@ -28,19 +28,21 @@ FLAGS = re.compile(r"bool|Bool\[|Flags")
 
 
 class Module(NamedTuple):
-    """A module: its path in the package, its room, its lines and its tree."""
+    """A module: its path in the package, its room, its lines, its tree and all nodes of that."""
 
     path: Path
     room: str
     lines: list[str]
     tree: ast.Module
+    nodes: list[ast.AST]
 
 
 def modules() -> Iterator[Module]:
     """The modules of the package."""
     for path in sorted(PACKAGE.rglob("*.py")):
         inside, text = path.relative_to(PACKAGE), path.read_text(encoding="utf-8")
-        yield Module(inside, inside.with_suffix("").parts[0], text.splitlines(), ast.parse(text))
+        tree = ast.parse(text)
+        yield Module(inside, inside.with_suffix("").parts[0], text.splitlines(), tree, list(ast.walk(tree)))
 
 
 def floor_of(room: str) -> int:
@@ -48,10 +50,10 @@ def floor_of(room: str) -> int:
     return -1 if room in ENTRY_POINTS else next(n for n, rooms in enumerate(FLOORS.values()) if room in rooms)
 
 
-def imported_rooms(tree: ast.AST) -> set[str]:
+def imported_rooms(module: Module) -> set[str]:
     """The rooms from which a module imports, also inside its functions."""
     names = []
-    for node in ast.walk(tree):
+    for node in module.nodes:
         if isinstance(node, ast.Import):
             names += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -63,13 +65,13 @@ def upward_imports(module: Module) -> list[str]:
     """Imports that run up a floor."""
     if module.room in ENTRY_POINTS:
         return []
-    rooms = imported_rooms(module.tree) - ENTRY_POINTS
+    rooms = imported_rooms(module) - ENTRY_POINTS
     return [f"{module.path}: {room}" for room in sorted(rooms) if floor_of(room) > floor_of(module.room)]
 
 
 def class_tests(module: Module, classes: set[str]) -> list[str]:
     """Calls of `isinstance` that ask for one of some classes."""
-    calls = [node for node in ast.walk(module.tree) if isinstance(node, ast.Call) and len(node.args) == 2]
+    calls = [node for node in module.nodes if isinstance(node, ast.Call) and len(node.args) == 2]
     asked = [node for node in calls if getattr(node.func, "id", "") == "isinstance"]
     return [
         f"{module.path}:{node.lineno}"
@@ -81,7 +83,7 @@ def class_tests(module: Module, classes: set[str]) -> list[str]:
 def ray_calls(module: Module) -> list[str]:
     """Calls that trace rays or beams by the engine."""
     names = {"trace_rays", "trace_beams", "beams_of_directions", "rays_of_directions"}
-    calls = [node for node in ast.walk(module.tree) if isinstance(node, ast.Call)]
+    calls = [node for node in module.nodes if isinstance(node, ast.Call)]
     return [f"{module.path}:{call.lineno}" for call in calls if getattr(call.func, "id", "") in names]
 
 
@@ -94,7 +96,7 @@ def is_record(node: ast.ClassDef) -> bool:
 def packed_records(module: Module) -> list[str]:
     """Records that describe several fields in one sentence; sections in NumPy form have an entry for each."""
     found = []
-    for node in ast.walk(module.tree):
+    for node in module.nodes:
         if isinstance(node, ast.ClassDef) and is_record(node):
             parts = (ast.get_docstring(node) or "").split("\n\n")
             if any(part.count(";") >= 2 for part in parts if not re.match(r"\w+\n-{3,}\n", part)):
@@ -116,7 +118,7 @@ def constant_tuples(module: Module) -> list[str]:
 
 def functions_of(module: Module) -> Iterator[ast.FunctionDef]:
     """All functions and methods."""
-    for node in ast.walk(module.tree):
+    for node in module.nodes:
         if isinstance(node, ast.FunctionDef):
             yield node
 
@@ -130,7 +132,7 @@ def particle_names(module: Module) -> list[str]:
 def shared_class_names(every: list[Module]) -> list[str]:
     """Names of classes in two rooms."""
     homes = Counter()
-    for name in {(node.name, m.room) for m in every for node in ast.walk(m.tree) if isinstance(node, ast.ClassDef)}:
+    for name in {(node.name, m.room) for m in every for node in m.nodes if isinstance(node, ast.ClassDef)}:
         homes[name[0].lstrip("_")] += 1
     return sorted(name for name, count in homes.items() if count > 1)
 
@@ -138,7 +140,7 @@ def shared_class_names(every: list[Module]) -> list[str]:
 def code_lines(module: Module) -> int:
     """Lines that are neither blank, nor comments, nor docstrings."""
     without = set()
-    for node in ast.walk(module.tree):
+    for node in module.nodes:
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
             without |= set(range(node.lineno, (node.end_lineno or node.lineno) + 1))
     return sum(
@@ -162,7 +164,7 @@ def numbers() -> dict[str, list[str] | int]:
         "extended and moving sources that import tracks": [
             str(m.path)
             for m in every
-            if m.room in ("extended_sources", "light_curves") and "tracks" in imported_rooms(m.tree)
+            if m.room in ("extended_sources", "light_curves") and "tracks" in imported_rooms(m)
         ],
         "calls of the engine outside beams and lens_map": [
             one for m in every if m.room not in ("beams", "lens_map") and floor_of(m.room) == 2 for one in ray_calls(m)

@@ -1,7 +1,7 @@
 """Hard sources, each with what makes it hard: tests of images, discs, light curves and waves choose by these words."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import NamedTuple
 
 import pytest
@@ -144,11 +144,17 @@ BODIES = {
 TABLES = {"DISCS": DISCS, "SMALL": SMALL, "POINTS": POINTS, "BODIES": BODIES}
 
 
-def each(table: dict[str, Problem], select: Callable[[Problem], bool] = lambda problem: True) -> pytest.MarkDecorator:
-    """Run a test for each problem of a table that is selected, as its argument `problem`."""
+def each(
+    table: dict[str, Problem],
+    select: Callable[[Problem], bool] = lambda problem: True,
+    slow: Collection[str] = (),
+) -> pytest.MarkDecorator:
+    """Run a test for each problem of a table that is selected, as its argument `problem`; those in `slow` are slow."""
     chosen = {name: problem for name, problem in table.items() if select(problem)}
-    assert chosen
-    return pytest.mark.parametrize("problem", chosen.values(), ids=chosen.keys())
+    assert chosen and set(slow) <= set(chosen)
+    marks = [pytest.mark.slow if name in slow else () for name in chosen]
+    cases = [pytest.param(one, id=name, marks=mark) for (name, one), mark in zip(chosen.items(), marks, strict=True)]
+    return pytest.mark.parametrize("problem", cases)
 
 
 def in_motion(problem: Problem) -> bool:

@@ -2,12 +2,23 @@
 
 import json
 import math
+import re
 
 import pytest
 from command_line import run
 
 import kerrcaustics as kc
-from kerrcaustics.report.checks import CausticCheck, CheckFile, StarCheck, StoredCheck, outcomes, read_checks
+from kerrcaustics.report.checks import (
+    CausticCheck,
+    CheckFile,
+    StarCheck,
+    StoredCheck,
+    caustic_outcome,
+    outcomes,
+    read_checks,
+    value_and_error,
+)
+from kerrcaustics.scripts import HOME
 
 PAPER = {"spin": 0.999, "radius": 6.03}
 
@@ -31,16 +42,45 @@ def test_the_template_is_met(capsys, tmp_path):
 
 
 def test_figures_of_the_paper_are_met():
-    # JTFT figs 4 to 9: no spin; circuits and widths of the caustics; pairs of images.
-    checks = [
-        CausticCheck(**PAPER | {"spin": 0.0}, order=1, kind="point", cusps=0),
-        CausticCheck(**PAPER, order=1, cusps=4, circuits=(0.0012, 0.0013)),
-        CausticCheck(**PAPER, order=2, cusps=4, circuits=(0.73, 0.731)),
-        CausticCheck(**PAPER, order=3, cusps=4, circuits=(5.21, 5.22)),
-        CausticCheck(spin=0.999, radius=2.6, order=2, cusps=4),
-        CausticCheck(spin=0.9, radius=math.inf, inclination=60.0, order=2),
-    ]
-    assert [found.faults for found in outcomes(CheckFile(caustic=checks))] == [()] * len(checks)
+    """No spin; circuits and widths of the caustics; images inside and outside."""
+    checks = read_checks(HOME / "studies" / "checks" / "paper_figures.toml")
+    assert len(checks.caustic) >= 7 and len(checks.star) >= 6
+    assert [found.faults for found in outcomes(checks)] == [()] * (len(checks.caustic) + len(checks.star))
+
+
+def test_ranges_of_that_file_are_those_of_another_program():
+    """All of them at r = 6.03: each holds the stored number, and little else."""
+    cases = json.loads((HOME / "tests" / "data" / "caustics.json").read_text())
+    known = {one["order"]: one for case in cases if (case["a"], case["r_c"]) == (0.999, 6.03) for one in case["orders"]}
+    names = {"theta_min": "theta_min", "theta_max": "theta_max", "phi_extent": "phi_extent_deg"}
+    checks = read_checks(HOME / "studies" / "checks" / "paper_figures.toml").caustic
+    far = [check for check in checks if check.radius == PAPER["radius"]]
+    assert [check.order for check in far] == [1, 2, 3]
+    for check in far:
+        for name, key in names.items():
+            low, high = getattr(check, name)
+            assert low < known[check.order][key] < high < low + 1e-6, (check.name, name)
+
+
+def test_an_observer_at_infinity_is_checked_too():
+    assert only(CausticCheck(spin=0.9, radius=math.inf, inclination=60.0, order=2)).met
+
+
+def test_the_example_of_the_page_prints_what_the_page_shows(capsys, tmp_path):
+    page = (HOME / "docs" / "studies.md").read_text(encoding="utf-8").partition("## Checks in other projects")[2]
+    (file, printed) = (re.search(rf"```{kind}\n(.*?)```", page, re.DOTALL)[1] for kind in ("toml", "text"))
+    (tmp_path / "checks.toml").write_text(file)
+    assert run(capsys, "check", str(tmp_path / "checks.toml")) == (0, printed, "")
+
+
+def test_a_study_takes_an_outcome_from_caustics_that_it_has():
+    """As the studies astroids and spin_radius do."""
+    curves = kc.caustics(kc.Camera(0.9, 10.0, velocity="fiducial"), 1)
+    check = CausticCheck(spin=0.9, radius=10.0, order=1, cusps=4)
+    assert caustic_outcome(check, curves) == only(check)
+    circuits, error = value_and_error(curves[0], "circuits")
+    assert circuits == curves[0].circuits and error == pytest.approx(curves[0].error / math.pi)
+    assert caustic_outcome(CausticCheck(spin=0.9, radius=10.0, order=2), curves).faults == ("it was not found",)
 
 
 @pytest.mark.parametrize(

@@ -206,6 +206,7 @@ def test_rays_on_the_border_of_small_k_agree():
         assert assert_agree(camera, sky_from_fido(frame, np.stack([n_r, n_theta, n_phi], axis=-1))) == 64
 
 
+@pytest.mark.slow
 def test_short_way_next_to_the_horizon_against_long_arithmetic():
     """Closer than the integrator can resolve: Mino time and psi by quadrature of the height, as exp(s)."""
     camera = Camera(0.999, kerr.horizon(0.999) * (1 + 1e-6), 1.0, "fiducial")

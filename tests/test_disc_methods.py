@@ -29,7 +29,7 @@ def assert_methods_agree(viewer, surface, centre, size, max_index):
     return difference / sheets.area
 
 
-@problems.each(problems.DISCS, lambda problem: problem.end == math.inf)
+@problems.each(problems.DISCS, lambda problem: problem.end == math.inf, slow=("beside the hole", "behind the hole"))
 def test_sheets_and_charts_agree(problem):
     surface = end_of(problem.viewer, math.inf)
     assert_methods_agree(problem.viewer, surface, from_angles(*problem.place), problem.size, problem.max_index)

@@ -80,7 +80,7 @@ def test_upgrades_that_are_none_are_answered(address, head):
         assert is_ended(one)
 
 
-@pytest.mark.parametrize("head", few(HEADS.values(), ("nothing", "upgrade, body"), HEADS))
+@pytest.mark.parametrize("head", few(HEADS.values(), ("upgrade, body",), HEADS))
 def test_connections_without_the_token_keep_nobody_out(address, head):
     """Heads and bodies that do not end, upgrades that are none: the owner gets page and channel, and old ones end."""
     strangers = []

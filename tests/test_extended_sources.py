@@ -217,6 +217,7 @@ def test_curves_are_drawn_saved_and_reported(tmp_path):
     assert "certified" not in repr(seen)
 
 
+@pytest.mark.slow
 def test_command_says_what_the_function_returns(capsys, tmp_path):
     line = "magnification --spin 0.9 --radius 10 --star 80 166 --size 1 --max-index 1 --profile linear:0.5"
     status, out, _ = run(capsys, *line.split(), "--json", "-", "--figure", str(tmp_path / "shapes.png"))

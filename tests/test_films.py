@@ -302,6 +302,7 @@ def test_command_makes_a_film(tmp_path, scripts_at, capsys):
     assert [int(frame.mean()) for frame in decoded(path)] == [60, 80, 100]
 
 
+@pytest.mark.slow
 def test_templates_are_films_by_name(capsys, monkeypatch):
     made = []
 

@@ -60,6 +60,7 @@ def spiral(radius, azimuth):
     return np.repeat(1 + 0.8 * np.cos(3 * azimuth - 6 * np.log(radius))[:, None], 3, axis=1)
 
 
+@pytest.mark.slow
 def test_a_function_on_a_disk_is_that_of_its_texture():
     """In a picture six times as large: in one of this size textures are blurred across the rims."""
     radii = 18 - 12 * (np.arange(1200) + 0.5) / 1200

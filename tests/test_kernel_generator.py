@@ -337,6 +337,7 @@ def test_rows_are_looked_up_by_indices_of_rays():
         long_outputs(function, [], [0.5, 0.5])
 
 
+@pytest.mark.slow
 def test_kernels_look_up_rows(libraries):
     """In tables of all kinds; an index that is no number is that of a row too."""
     x, y, _ = NUMBERS.T

@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -37,7 +38,7 @@ FLOORS = {
         "functional": "curves images",
     },
     "pictures": {"scenes": "", "films": "", "draw": "scenes films", "scene_files": "scenes draw"},
-    "apps": {"explorer": "", "sweeps": "", "report": "", "scripts": "", "cli": "explorer sweeps report scripts"},
+    "apps": {"explorer": "", "sweeps": "", "report": "scripts", "scripts": "", "cli": "explorer sweeps report scripts"},
 }
 ENTRY_POINTS = {"__init__", "__main__", "skies", "disks", "pictures"}
 MODULES = sorted(path.relative_to(PACKAGE) for path in PACKAGE.rglob("*.py"))
@@ -59,6 +60,7 @@ AT_ONCE = [
     "scene",
     "scene --template disk",
     "study report no",
+    "study --help",
     "sweep no.toml",
     "sweep bad.toml",
 ]
@@ -88,27 +90,32 @@ assert len(kc.star_tracks(camera, 1.4, 1).tracks) > 0
 """
 
 
-def imported(text: str, *, types: bool = True) -> set[str]:
+@cache
+def imports(module: Path) -> tuple[set[str], set[str]]:
     """The modules of the package, or their parts, that a module imports, also inside its functions.
 
-    types: also those that only type checkers see.
+    First all of them, then those that not only type checkers see.
     """
-    names, tree = [], ast.parse(text)
-    for node in ast.walk(tree):
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING" and not types:
-            node.test, node.body = ast.Constant(value=False), []
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            names += [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"line {node.lineno}: a relative import"
-            names += [f"{node.module}.{alias.name}" for alias in node.names]
+    every: set[str] = set()
+    of_types: set[int] = set()
+    used: set[str] = set()
+    for node in ast.walk(ast.parse((PACKAGE / module).read_text(encoding="utf-8"))):
+        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
+            of_types |= {id(one) for part in node.body for one in ast.walk(part)}
+        elif isinstance(node, ast.Import | ast.ImportFrom):
+            names = imported_names(node)
+            every |= names
+            used |= names if id(node) not in of_types else set()
+    return every, used
+
+
+def imported_names(node: ast.Import | ast.ImportFrom) -> set[str]:
+    """What one line imports of the package."""
+    names = [alias.name for alias in node.names]
+    if isinstance(node, ast.ImportFrom):
+        assert node.level == 0, f"line {node.lineno}: a relative import"
+        names = [f"{node.module}.{name}" for name in names]
     return {name.removeprefix("kerrcaustics.") for name in names if name.startswith("kerrcaustics.")}
-
-
-def source(module: Path) -> str:
-    """The text of a module."""
-    return (PACKAGE / module).read_text(encoding="utf-8")
 
 
 def test_rooms_import_lower_floors_and_listed_rooms_only():
@@ -122,7 +129,7 @@ def test_rooms_import_lower_floors_and_listed_rooms_only():
     for module in MODULES:
         room = module.with_suffix("").parts[0]
         if room not in ENTRY_POINTS:
-            refused[str(module)] = {name.split(".")[0] for name in imported(source(module))} - allowed[room]
+            refused[str(module)] = {name.split(".")[0] for name in imports(module)[0]} - allowed[room]
     assert {module: rooms for module, rooms in refused.items() if rooms} == {}
 
 
@@ -130,9 +137,7 @@ def test_no_module_imports_itself_by_way_of_others():
     names = {".".join(path.with_suffix("").parts).removesuffix(".__init__"): path for path in MODULES}
     uses = {}
     for name, path in names.items():
-        uses[name] = {
-            part if part in names else part.rpartition(".")[0] for part in imported(source(path), types=False)
-        } & set(names)
+        uses[name] = {part if part in names else part.rpartition(".")[0] for part in imports(path)[1]} & set(names)
     waiting = set(names)
     while free := {name for name in waiting if not uses[name] & waiting - {name}}:
         waiting -= free

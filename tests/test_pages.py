@@ -19,9 +19,8 @@ from kerrcaustics.cli import with_all_commands
 
 app = with_all_commands()
 ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md")), *sorted((ROOT / "packaging").glob("*.md"))]
 LESSONS = sorted(path for room in ("fields", "lessons", "recipes") for path in (ROOT / "docs" / room).glob("*.py"))
-NAMES = {page.name for page in PAGES}
 # What a page takes for granted before its first block.
 BEFORE = {
     "results.md": "import numpy as np\nimport kerrcaustics as kc\n"

@@ -158,6 +158,7 @@ def test_the_plane_is_the_limit_from_the_north():
     assert (np.abs(areas(near) - flat) < 0.3 * np.abs(far - flat)).all()
 
 
+@pytest.mark.slow
 def test_the_plane_of_a_camera_is_the_limit_too():
     for outer in (4.0, 20.0, math.inf):
         flat = areas(kc.photon_rings(kc.Camera(0.9, 6.0, math.pi / 2, "fiducial"), max_order=2, outer=outer))

@@ -116,6 +116,7 @@ def test_the_times_of_a_command_are_in_the_unit_of_its_tables(capsys, tmp_path):
     np.testing.assert_allclose(times, np.array([10, 25, 40]) * 60 / kc.PhysicalScale(4.3e6).seconds)
 
 
+@pytest.mark.slow
 def test_a_film_of_a_spot_has_minutes_on_its_axes(light):
     scale = kc.PhysicalScale(4.3e6, 8180)
     frames, plain = SpotFrames(light, 4, scale), SpotFrames(light, 4)

@@ -4,6 +4,7 @@ import json
 import re
 import subprocess
 import tomllib
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 import pytest
@@ -92,3 +93,19 @@ def test_the_paper_cites_what_is_in_its_references():
     cited = set(re.findall(r"@(\w+)", text("docs/paper/paper.md")))
     listed = set(re.findall(r"^@\w+\{(\w+),", text("docs/paper/paper.bib"), re.M))
     assert cited == listed
+
+
+def test_links_of_the_readme_lead_to_the_repository_from_an_index():
+    """Also pictures; what leads elsewhere already is left alone, and without an address everything is."""
+    found = spec_from_file_location("hatch_readme", ROOT / "packaging" / "hatch_readme.py")
+    hook = module_from_spec(found)
+    pytest.importorskip("hatchling", reason="hatchling is missing: make setup")
+    found.loader.exec_module(hook)
+    readme = text("README.md") + "\n![a](docs/a.png) [b](#limits) [c](https://c.org/c)\n"
+    assert hook.index_page(readme, None, "1.2.3") == readme
+    page = hook.index_page(readme, "https://example.org/kerr/", "1.2.3")
+    relative = r'(?:\]\(|(?:src|href)=")(?!https?:|mailto:|#)'
+    assert re.search(relative, readme) and not re.search(relative, page)
+    assert 'src="https://example.org/kerr/raw/v1.2.3/docs/images/scene_file.png"' in page
+    assert "(https://example.org/kerr/blob/v1.2.3/docs/limits.md)" in page
+    assert page.endswith("![a](https://example.org/kerr/raw/v1.2.3/docs/a.png) [b](#limits) [c](https://c.org/c)\n")

@@ -116,6 +116,16 @@ def test_verdicts_are_counted_and_faults_listed(capsys, records):
     assert ["spin: a < 1", "auto", "FAIL", "index 2; n' <10>"] in page.rows
 
 
+def test_all_problems_are_listed_with_their_numbers_in_the_order_of_the_record(capsys, records):
+    shown = [row | {"shown": {"rays": str(k)}} for k, row in enumerate(PROBLEMS)]
+    leave(records / "study-stability", "stability", 80, problems=shown)
+    page, _, _ = page_of(capsys)
+    at = page.rows.index(["problem", "engine", "rays", "verdict"])
+    assert "All 3 rows of problems by engine" in page.text
+    assert [row[2] for row in page.rows[at + 1 : at + 4]] == ["0", "1", "2"]
+    assert page.rows[at + 2] == ["spin: a < 1", "auto", "1", "FAIL"]
+
+
 def test_missing_studies_other_versions_and_machines_are_reported(capsys, records):
     page, _, out = page_of(capsys)
     others = [name for name in STUDIES.names() if name not in ("accuracy", "cost", "stability")]

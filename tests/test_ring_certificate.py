@@ -107,8 +107,8 @@ def test_edges_with_too_few_nodes_are_not_certified_or_say_their_error(monkeypat
 def test_lines_that_meet_an_edge_again_are_noticed():
     """Among the photon orbits of a fast hole, in its ergosphere, the image of the horizon is met more than once."""
     uncertified = 0
-    for radius in (1.2, 1.35, 1.5, 1.8):
-        for inclination in (0.9, 1.2, 1.5):
+    for radius in (1.2, 1.5):
+        for inclination in (0.9, 1.5):
             rings = kc.photon_rings(kc.Camera(0.999, radius, inclination, "fiducial"), max_order=0)
             assert rings.certified or rings.remarks
             uncertified += not rings.certified

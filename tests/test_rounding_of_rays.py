@@ -40,6 +40,7 @@ def assert_errors_hold(name, camera, sky, *, numbers=(), columns=()):
     return away / ours.error
 
 
+@pytest.mark.slow
 def test_errors_of_beams_hold_what_rounding_does():
     rng = np.random.default_rng(11)
     camera = kc.Camera(0.97, 5.0, 1.1)

@@ -111,6 +111,7 @@ def view_at_the_edge(camera, width, field):
     return kc.pictures.View(width, width // 2, field, forward=left, up=kc.pictures.View.toward_hole(camera, 2, 2, 1).up)
 
 
+@pytest.mark.slow
 def test_stars_beside_the_edge_have_the_light_of_a_finer_picture():
     """Where a pixel sees 0.3 to 25 rad of the sky in its length, and 1 to 100 stars; and they are not a flat tone."""
     camera, sky = kc.Camera(0.999, 2.6), kc.skies.StarField(band=0)
@@ -128,6 +129,7 @@ def test_stars_beside_the_edge_have_the_light_of_a_finer_picture():
         assert step[band[1:] & band[:-1]].mean() > 0.15 * coarse[band].mean(), (low, high)
 
 
+@pytest.mark.slow
 def test_a_pair_beside_a_cusp_keeps_its_light_in_a_coarse_picture():
     """Its images, of index 2 and 3 and a quarter of a pixel apart, bring 28 %; pixels there see 12 rad of the sky."""
     camera, star = kc.Camera(0.999, 2.6887042041, 2.0742402381, (0, 0, 0)), (1.2949859147637, 0.4415686489925)

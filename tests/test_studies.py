@@ -25,6 +25,7 @@ SETTINGS = {
         "cases": 2,
         "rays": 9,
         "sampled": 0.2,
+        "analyses": 0,
         # At one tolerance.
         "trials": STUDIES.module("adversary.trials").TRIALS[1::3],
     },

@@ -45,6 +45,7 @@ def test_the_error_is_honest_and_falls_with_the_step():
     assert errors[1] < errors[0] / 4 and errors[1] < 3e-4
 
 
+@pytest.mark.slow
 def test_a_draft_takes_fewer_steps_and_no_finer_rays(monkeypatch):
     """But at edges, which it does not refine, it shows the same."""
     counted = []

@@ -196,7 +196,7 @@ def outcomes(checks: CheckFile, folder: str | Path = ".") -> Iterator[Outcome]:
         return caustics(viewer, highest[viewer])
 
     for check in checks.caustic:
-        yield _of_caustic(check, curves_at(check.viewer()))
+        yield caustic_outcome(check, curves_at(check.viewer()))
     yield from map(_of_star, checks.star)
     for stored in checks.stored:
         yield _of_stored(stored, Path(folder) / stored.file)
@@ -206,7 +206,8 @@ def _outcome(name: str, found: str, faults: list[str]) -> Outcome:
     return Outcome(name, not faults, found, tuple(faults))
 
 
-def _of_caustic(check: CausticCheck, curves: CausticSet) -> Outcome:
+def caustic_outcome(check: CausticCheck, curves: CausticSet) -> Outcome:
+    """What becomes of a check of one of a viewer's caustics, which are computed already."""
     name = check.name or f"caustic {check.order} at {check.in_words()}"
     curve = next((one for one in curves if one.order == check.order), None)
     if curve is None:
@@ -220,7 +221,7 @@ def _of_caustic(check: CausticCheck, curves: CausticSet) -> Outcome:
         faults.append(f"it has {len(curve.cusps)} cusps, and must have {check.cusps}")
     for quantity in _RANGED:
         if (limits := getattr(check, quantity)) is not None:
-            faults += _range_faults(quantity, *_value_and_error(curve, quantity), limits)
+            faults += _range_faults(quantity, *value_and_error(curve, quantity), limits)
     if not curve.certified:
         faults += curve.remarks or ("it is not certified",)
     shape = f"{curve.kind}, {'closed' if curve.closed else 'open'}, {len(curve.cusps)} cusps"
@@ -228,8 +229,8 @@ def _of_caustic(check: CausticCheck, curves: CausticSet) -> Outcome:
     return _outcome(name, f"{shape}, {size}{math.degrees(curve.phi_extent):.6g} degrees", faults)
 
 
-def _value_and_error(curve: Caustic, quantity: str) -> tuple[float, float]:
-    """An extreme or an extent in degrees, or circuits; each extreme has the error of the curve."""
+def value_and_error(curve: Caustic, quantity: str) -> tuple[float, float]:
+    """An extreme or an extent in degrees, or circuits, and its error; each extreme has the error of the curve."""
     unit = 1 / (2 * math.pi) if quantity == "circuits" else math.degrees(1)
     value = curve.circuits if quantity == "circuits" else math.degrees(getattr(curve, quantity))
     return value, (1 if quantity in _EXTREMES else 2) * curve.error * unit

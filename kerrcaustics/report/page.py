@@ -68,7 +68,8 @@ def _overview(records: list[StudyRecord], version: str) -> str:
 
 def _marks(record: StudyRecord, version: str, machines: list[str]) -> list[str]:
     """Warnings for a reader who compares one study with the others."""
-    marks = [f"by version {record.version}, not {version}"] if record.version != version else []
+    marks = ["quick run, on fewer cases"] if record.quick else []
+    marks += [f"by version {record.version}, not {version}"] if record.version != version else []
     letter = _letter(record, machines)
     return marks if letter == "A" else [*marks, f"on machine {letter}, and not A as most others"]
 
@@ -83,6 +84,8 @@ def _notices(records: list[StudyRecord], version: str, machines: list[str], miss
         )
     if missing is None:
         lines.append("Made without a checkout of kerrcaustics: there may be studies that were not run.")
+    if quick := [_title(one.name) for one in records if one.quick]:
+        lines.append(f"Quick runs, on fewer cases than the studies have: {html.escape(', '.join(quick))}.")
     if outdated := ", ".join(_title(one.name) for one in records if one.version != version):
         lines.append(html.escape(f"Computed by another version than the one installed ({version}): {outdated}."))
     if len(machines) > 1:
@@ -161,11 +164,23 @@ def _verdicts(problems: list[dict[str, Any]]) -> str:
     rows = [[engine, *(str(counts[engine, verdict]) for verdict in verdicts)] for engine in engines]
     summary = ReportTable(["engine", *verdicts], rows, [False, *[True] * len(verdicts)])
     failing = [row for row in problems if row["faults"]]
-    if not failing:
-        return f"<h3>Verdicts</h3>\n{_table(summary)}<p>Nothing fails.</p>\n"
     faults = [[_problem(row), row["engine"], row["verdict"], "; ".join(map(str, row["faults"]))] for row in failing]
     listed = ReportTable(["problem", "engine", "verdict", "what does not hold"], faults, [False] * 4)
-    return f"<h3>Verdicts</h3>\n{_table(summary)}<h3>What fails</h3>\n{_table(listed)}<h3>All problems</h3>\n"
+    fails = f"<h3>What fails</h3>\n{_table(listed)}" if failing else "<p>Nothing fails.</p>\n"
+    return f"<h3>Verdicts</h3>\n{_table(summary)}{fails}{_all_problems(problems)}"
+
+
+def _all_problems(problems: list[dict[str, Any]]) -> str:
+    """Every problem with every engine, in the order of the record, and their cells, where the record has these."""
+    heads = list(dict.fromkeys(head for row in problems for head in row.get("shown") or {}))
+    if not heads:
+        return ""
+    rows = [
+        [_problem(row), row["engine"], *(str(row.get("shown", {}).get(head, "")) for head in heads), row["verdict"]]
+        for row in problems
+    ]
+    table = ReportTable(["problem", "engine", *heads, "verdict"], rows, [False, False, *[True] * len(heads), False])
+    return f"<h3>All {len(rows)} rows of problems by engine</h3>\n{_table(table)}"
 
 
 def _problem(row: dict[str, Any]) -> str:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from kerrcaustics.report.machine import machine
 from kerrcaustics.report.tables import ReportTable, read_tables
+from kerrcaustics.scripts import QUICK_RUN
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -44,16 +45,23 @@ class StudyRecord:
     picture: bytes
     tables: list[ReportTable | str]
 
+    @property
+    def quick(self) -> bool:
+        """Whether the study ran on fewer cases."""
+        return self.settings.get("quick") is True
+
 
 def write_record(path: Path, name: str, about: str, **content: Any) -> Path:
     """Write the numbers of a study as JSON, with its schema, the version, the machine and the date; return the path.
 
     about: the docstring of its main.py. Numbers that are not finite become null. `kerrcaustics study report` shows of
-    the content: `settings` (a dict), `findings` (sentences), `seconds` (the run time), and `problems` (rows with
-    engine, group, problem, verdict, faults).
+    the content: `settings` (a dict, to which a quick run adds `quick`), `findings` (sentences), `seconds` (the run
+    time), and `problems` (rows with engine, group, problem, verdict, faults, and `shown`, their cells in a table).
     """
     entry = {"schema": f"kerrcaustics/study/{name}/1", "version": metadata.version("kerrcaustics")}
     entry |= {"date": datetime.now(UTC).isoformat(timespec="seconds"), "machine": machine()}
+    if QUICK_RUN.get():
+        content["settings"] = {"quick": True, **content.get("settings", {})}
     entry |= {"about": cleandoc(about), **content}
     return write_text(path, json.dumps(_finite(entry), indent=1, allow_nan=False) + "\n")
 

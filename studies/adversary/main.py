@@ -14,24 +14,34 @@ the result says that they are not certain. A claim is compared with the other en
 that differs by more than the reported error, or in a label, and for a share of the others, with truth in long
 arithmetic (truth.py), which shares no code with the package.
 
+What is computed from beams (analyses/) has its own random cases, a few of each kind, and its own truths.
+
 The tables count claims by trial and by class, with the largest ratio of true to reported error ("inf": a wrong label).
 The worst of each broken claim is written as Python, with simple numbers where they do. Writes adversary.json, .png and
-.md. Any number of cases: python -m studies.adversary.hunt.
+.md. Any number of cases: python -m studies.adversary.hunt and python -m studies.adversary.analyses.
 """
 
 import time
 from pathlib import Path
+from typing import Any
 
 from kerrcaustics.report.study_records import write_study
 from kerrcaustics.report.tables import markdown_table, text_table
 
 from . import cases as hard
+from .analyses.driver import try_cases
+from .analyses.kinds import all_kinds
 from .claims import CLAIMS, LABELS
 from .hunt import hunt
 from .picture import picture
 from .reproductions import Broken, simplified
 from .tally import Tally
 from .trials import TRIALS, Trial
+
+QUESTION = "Is any answer false, in random hard cases?"
+# Run times on two cores of an AMD EPYC (2.6 GHz, shared).
+SECONDS = 260
+QUICK_SECONDS = 20
 
 # The claim about reported errors: the true one is at most this many times larger.
 HONEST = 10.0
@@ -66,6 +76,10 @@ def findings(tally: Tally) -> list[str]:
     return sentences
 
 
+QUICK: dict[str, Any] = {"cases": 5, "rays": 31}
+"""Arguments of `main` for a quick run."""
+
+
 def main(
     output: Path,
     cases: int = 60,
@@ -73,12 +87,14 @@ def main(
     seed: int = 2015,
     sampled: float = 0.02,
     trials: tuple[Trial, ...] = TRIALS,
+    analyses: int = 1,
 ) -> list[Path]:
-    """Try the cases, write adversary.json, .png and .md, and return their paths."""
+    """Try the cases, and so many analyses of each kind, write adversary.json, .png and .md, and return their paths."""
     started = time.perf_counter()
     tally = hunt(hard.cases(cases, seed, rays), sampled, trials=trials)
-    broken = [str(one) for one in reproductions(tally)]
-    tables = {kind: tally.table(kind) for kind in _KINDS}
+    tried = try_cases(all_kinds(), analyses, seed)
+    broken = [str(one) for one in reproductions(tally)] + [one.code for one in tried.broken(HONEST)]
+    tables = {kind: tally.table(kind) for kind in _KINDS} | {"analyses": tried.table()}
     for table in tables.values():
         print(text_table(*table))
     print("\n".join(broken))
@@ -88,8 +104,8 @@ def main(
         __doc__,
         picture(tally),
         "\n".join(f"**Claims by {kind}**\n\n{markdown_table(*table)}" for kind, table in tables.items()),
-        settings={"cases": cases, "rays": rays, "seed": seed, "sampled": sampled},
-        findings=findings(tally),
+        settings={"cases": cases, "rays": rays, "seed": seed, "sampled": sampled, "analyses": analyses},
+        findings=findings(tally) + tried.sentences(),
         claims={kind: rows for kind, (_, rows) in tables.items()},
         broken=broken,
         seconds=time.perf_counter() - started,

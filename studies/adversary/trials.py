@@ -95,8 +95,8 @@ def truth_of(case: Case, i: int) -> Known | Lost | None:
         return None
 
 
-def place_of(camera: kc.Camera) -> Place:
-    """The camera in the words of the truth."""
+def place_of(camera: kc.Camera | kc.Observer) -> Place:
+    """The camera, or an observer at a finite radius, in the words of the truth."""
     return Place(camera.spin, camera.radius, camera.inclination, camera.velocity)
 
 

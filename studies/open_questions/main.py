@@ -32,6 +32,11 @@ from .crossings import CriticalCrossings, critical_crossings, crossings_by_index
 from .pairs import crossings_of
 from .velocity import critical_misses, image_misses, moving
 
+QUESTION = "What is true of five questions of the paper?"
+# Run times on two cores of an AMD EPYC (2.6 GHz, shared).
+SECONDS = 62
+QUICK_SECONDS = 20
+
 Array = np.ndarray
 Answer = dict[str, Any]
 
@@ -267,6 +272,22 @@ def _draw_images(ax: Axes, found: EquatorialImages, place: tuple) -> None:
     ax.set_title(f"Images of an equatorial star, a = {place[0]:g}, r = {place[1]:g}")
     ax.legend(loc="upper left", ncols=1, borderaxespad=0.2, labelspacing=0.25)
     ax.spines[["top", "right"]].set_visible(False)
+
+
+QUICK: dict[str, Any] = {
+    "critical": (NEAR, FAR, (0.6, 6.03, 90)),
+    "caustics": (NEAR, FAR),
+    "orbits": (FAR,),
+    "counted": (FAR,),
+    "events": (FAR,),
+    "orders": 3,
+    "stars": 200,
+    "points": 17,
+    "normals": 2000,
+    "steps": 60,
+    "thetas": (45.0, 85.0),
+}
+"""Arguments of `main` for a quick run."""
 
 
 def main(

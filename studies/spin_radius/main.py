@@ -21,11 +21,17 @@ from matplotlib.figure import Figure
 
 import kerrcaustics as kc
 from kerrcaustics.draw import style
+from kerrcaustics.report.checks import CausticCheck, caustic_outcome, value_and_error
 from kerrcaustics.report.study_records import write_study
 from kerrcaustics.report.tables import markdown_table
 from kerrcaustics.sweeps.scene import Range, Scene
 
 from ..measured import crossing
+
+QUESTION = "Where do caustics wind round the sky?"
+# Run times on two cores of an AMD EPYC (2.6 GHz, shared).
+SECONDS = 156
+QUICK_SECONDS = 20
 
 SPINS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.999, 0.9999)
 RADII = Range(1.5, 1000.0, 14, "log")
@@ -35,22 +41,27 @@ ORDERS, TURNS = 4, (1, 2)
 # The innermost camera that is asked, in horizon radii, and the outermost.
 _INNERMOST, _OUTERMOST = 1.02, 30.0
 _TOLERANCE = 1e-10
+# From a root to the cameras that confirm it, in units of its error.
+_APART = 10.0
 
 
 @dataclass(frozen=True)
 class Winding:
-    """The secondary caustic winds `turns` times round the sky for a camera at `radius`, known to `error`."""
+    """The secondary caustic winds `turns` times round the sky for a camera at `radius`, known to `error`.
+
+    confirmed: True if it is a certified astroid on both sides of this radius, and winds more inside, less outside.
+    """
 
     spin: float
     turns: int
     radius: float
     error: float
+    confirmed: bool
 
 
 def secondary_circuits(spin: float, radius: float) -> tuple[float, float]:
     """Circuits of the secondary caustic and their error."""
-    caustic = kc.caustics(kc.Camera(spin, radius, velocity="fiducial"), orders=2)[1]
-    return caustic.circuits, 2 * caustic.error / (2 * math.pi)
+    return value_and_error(kc.caustics(kc.Camera(spin, radius, velocity="fiducial"), orders=2)[1], "circuits")
 
 
 def winding(spin: float, turns: int) -> Winding | None:
@@ -58,7 +69,17 @@ def winding(spin: float, turns: int) -> Winding | None:
     horizon = 1 + math.sqrt(1 - spin**2)
     low, high = math.log(_INNERMOST * horizon), math.log(_OUTERMOST)
     found = crossing(lambda x: secondary_circuits(spin, math.exp(x)), turns, low, high, _TOLERANCE)
-    return found and Winding(spin, turns, math.exp(found.value), math.exp(found.value) * found.error)
+    if found is None:
+        return None
+    radius, error = math.exp(found.value), math.exp(found.value) * found.error
+    inside = is_met(spin, radius - _APART * error, (turns, math.inf))
+    return Winding(spin, turns, radius, error, inside and is_met(spin, radius + _APART * error, (0.0, turns)))
+
+
+def is_met(spin: float, radius: float, circuits: tuple[float, float]) -> bool:
+    """Whether the secondary caustic is an astroid whose circuits are in a range with all of their error."""
+    check = CausticCheck(spin=spin, radius=radius, order=2, cusps=4, circuits=circuits)
+    return caustic_outcome(check, kc.caustics(check.viewer(), orders=2)).met
 
 
 def circuits_panel(ax: Axes, grid: xarray.Dataset, order: int) -> None:
@@ -133,7 +154,20 @@ def findings(found: list[Winding], asked: tuple[float, ...]) -> list[str]:
             f"The secondary caustic winds {how} round the sky inside r = {last.radius:.4f} at a = {last.spin:.6g}; of "
             f"{len(asked)} spins, {first.spin:.6g} is the smallest at which it does so, inside r = {first.radius:.4f}."
         )
+    confirmed = sum(one.confirmed for one in found)
+    sentences.append(
+        f"{confirmed} of {len(found)} radii are confirmed: {_APART:g} errors inside each the caustic is an astroid "
+        "that winds more often, outside one that winds less."
+    )
     return sentences
+
+
+QUICK: dict[str, Any] = {
+    "spins": (0.0, 0.3, 0.9, 0.99, 0.999),
+    "radii": Range(1.5, 1000.0, 7, "log"),
+    "winding_spins": (0.95, 0.99, 0.999),
+}
+"""Arguments of `main` for a quick run."""
 
 
 def main(

@@ -16,6 +16,7 @@ import math
 import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
@@ -28,6 +29,11 @@ from kerrcaustics.report.tables import markdown_table
 from kerrcaustics.spacetime.viewer import Viewer
 
 from ..truth.partial_waves import field as partial_waves
+
+QUESTION = "Do the methods for waves agree?"
+# Run times on two cores of an AMD EPYC (2.6 GHz, shared).
+SECONDS = 540
+QUICK_SECONDS = 20
 
 CASES, HIGHEST = 300, 2
 METHODS = "images", "fold", "cusp", "ring", "line", "auto"
@@ -189,6 +195,10 @@ def findings(parts: dict[str, list[Field]]) -> list[str]:
             f"Against {title}: of {held} certified fields of {sources} sources {wrong} are off by more than errors."
         )
     return lines
+
+
+QUICK: dict[str, Any] = {"cases": 8}
+"""Arguments of `main` for a quick run."""
 
 
 def main(output: Path, cases: int = CASES, seed: int = 1965, longest: float = math.inf) -> list[Path]:
