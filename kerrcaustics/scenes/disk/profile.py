@@ -1,7 +1,7 @@
 """Line profiles: the light of a disk by frequency if every part of the disk emits the same line."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -128,28 +128,27 @@ def line_profile(
         left_out("tolerance", tolerance, "beside `radii` and `turns`, which fix the accuracy")
     least = checked_tolerance(_TOLERANCE if tolerance is None else tolerance, *_TOLERANCES)
     law, division = _law(emissivity), _bins(bins)
-    sampled, rays = None, 0
-    for counts in _divisions(fixed):
+    counts = (fixed[0] or _FIRST[0], fixed[1] or _FIRST[1])
+    sampled, rays, remarks = None, 0, ()
+    while True:
         sampled, more = _sampled(camera, (inner, outer), counts, crossing, motion, sampled)
         rays += more
         profile = _profile(camera, sampled, law, division, rays)
-        highest = profile.flux.max()
-        if not np.isfinite(profile.error).all() or profile.error.max() <= least * highest:
-            return profile
-    if None not in fixed:
-        return profile
-    reached = profile.error.max() / highest
-    return replace(profile, remarks=(f"the error is {reached:.1g} of the highest bin, above the tolerance {least:g}",))
+        error, highest = profile.error.max(), profile.flux.max()
+        if None not in fixed or not np.isfinite(error) or error <= least * highest:
+            break
+        counts = _doubled(counts, fixed)
+        if counts is None:
+            remarks = (f"the error is {error / highest:.1g} of the highest bin, above the tolerance {least:g}",)
+            break
+    return replace(profile, remarks=remarks)
 
 
-def _divisions(fixed: list[int | None]) -> Iterator[tuple[int, int]]:
-    """Numbers of intervals from rim to rim and round the middle, doubled unless they are fixed."""
-    counts = [first if number is None else number for first, number in zip(_FIRST, fixed, strict=True)]
-    while all(number is not None or count <= last for number, count, last in zip(fixed, counts, _LAST, strict=True)):
-        yield counts[0], counts[1]
-        if None not in fixed:
-            return
-        counts = [2 * count if number is None else count for number, count in zip(fixed, counts, strict=True)]
+def _doubled(counts: tuple[int, int], fixed: list[int | None]) -> tuple[int, int] | None:
+    """Twice the numbers of intervals that are not fixed; None where they would be too many."""
+    radii, turns = (2 * count if number is None else count for count, number in zip(counts, fixed, strict=True))
+    free = (number is None and count > last for count, number, last in zip((radii, turns), fixed, _LAST, strict=True))
+    return None if any(free) else (radii, turns)
 
 
 def _profile(
