@@ -256,7 +256,7 @@ def main(
     began = time.perf_counter()
     grids, stores = [], []
     for name, some, inclinations, most in (("", spins, (90.0,), orders), ("_inclined", *inclined, 1)):
-        scene = Scene(list(some), radii, list(inclinations), "fiducial", most, ("geometry",), tolerance=1e-12)
+        scene = Scene(list(some), radii, list(inclinations), "fiducial", most, ("geometry",))
         stores.append(output / f"far_camera{name}.zarr")
         kc.sweep(scene, stores[-1])
         grids.append(xarray.open_zarr(stores[-1]).load())

@@ -281,9 +281,7 @@ def main(
     began = time.perf_counter()
     sines = np.array(near_sines)
     angles = sorted({*inclinations, *np.degrees(np.arcsin(sines)).tolist()})
-    scene = Scene(
-        list(spins), list(radii), angles, "fiducial", orders, ("geometry", "areas"), tolerance=1e-12, block=len(radii)
-    )
+    scene = Scene(list(spins), list(radii), angles, "fiducial", orders, ("geometry", "areas"), block=len(radii))
     store = output / "inclination.zarr"
     kc.sweep(scene, store)
     grid = xarray.open_zarr(store).load()

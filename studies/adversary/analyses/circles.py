@@ -42,8 +42,8 @@ def isoradial_claims(rng: Random) -> list[Claim]:
     radius, crossings = hard_radius(viewer.spin, rng), int(rng.integers(1, 4))
     motion = str(rng.choice(["circular", "retrograde", "plunging", "fiducial"]))
     points = int(rng.integers(16, 200))
-    found = kc.isoradials(viewer, [radius], crossings, points, motion, time=True)
-    code = f"kc.isoradials({viewer!r}, [{radius!r}], {crossings}, {points}, {motion!r}, time=True)"
+    found = kc.isoradials(viewer, [radius], crossings, points, motion)
+    code = f"kc.isoradials({viewer!r}, [{radius!r}], {crossings}, {points}, {motion!r})"
     claims: list[Claim] = []
     for number, curve in enumerate(found):
         claims += _ray_claims(curve, motion, f"{code}[{number}]")
