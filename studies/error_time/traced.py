@@ -93,7 +93,9 @@ def _equatorial_cusps() -> list[tuple[float, float]]:
 def _cusp_miss(curve: kc.Caustic, true: list[tuple[float, float]]) -> np.ndarray:
     """True and reported errors (2, 2) of the two cusps on the equator."""
     found = [cusp for cusp in curve.cusps if abs(cusp.celestial[0] - math.pi / 2) < _EQUATOR]
-    gaps = [[abs(math.remainder(cusp.celestial[1] - phi, 2 * math.pi)) for cusp in found] for phi in true[curve.order - 1]]
+    gaps = [
+        [abs(math.remainder(cusp.celestial[1] - phi, 2 * math.pi)) for cusp in found] for phi in true[curve.order - 1]
+    ]
     nearest = [int(np.argmin(row)) for row in gaps]
     return np.array([[row[i] for row, i in zip(gaps, nearest, strict=True)], [found[i].error for i in nearest]])
 
