@@ -164,6 +164,7 @@ def of_many(text: str, count: int) -> str:
 
 # Rows of the short table: words, result, setting.
 SHORT = (
+    ("a ray", "ray", "closed form"),
     ("a beam", "beam", "closed form"),
     ("three caustics of a new camera", "three caustics", "auto, 1e-10"),
     ("all images of one more star, certified", "images of a star", "one more star"),
@@ -199,7 +200,7 @@ def rewritten(page: str, text: str, tables: dict[str, list[ReportTable]]) -> str
         text = text[: at.start(1)] + number.of_record(tables) + text[at.end(1) :]
     if page in SHORT_PAGES:
         before, rest = text.split(BEGIN)
-        text = before + BEGIN + short_table(tables) + END + rest.split(END)[1]
+        text = f"{before}{BEGIN}\n{short_table(tables)}\n{END}{rest.split(END)[1]}"
     return text
 
 

@@ -287,7 +287,7 @@ def test_command_runs_a_study_and_names_its_files(tmp_path, capsys, monkeypatch)
 
 def test_unknown_study_is_one_line_and_status_2(assert_refused):
     names = (
-        "accuracy, adversary, astroids, cost, disk_checks, extended_sources, far_camera, fit, inclination, "
+        "accuracy, adversary, astroids, cost, disk_checks, error_time, extended_sources, far_camera, fit, inclination, "
         "near_sources, open_questions, orders, spin_radius, stability, waves"
     )
     assert_refused(["study", "alchemy"], f"must be one of {names}, but is alchemy")

@@ -92,9 +92,8 @@ def _shown(error: float) -> float:
 
 
 LABELS = {
-    "ray": Label("ray", (2, 24), 1),
-    "beam": Label("beam", (6, 0), -2),
-    "beam, its width": Label("width of a beam", (6, 0), -2),
+    "ray": Label("ray: n′", (6, 0), -2),
+    "beam": Label("beam: width", (6, 0), -2),
     "three caustics": Label("three caustics", (0, -10), -3),
     "images of a star": Label("images of a star", (1, 22)),
     "their magnification": Label("magnification", (1, 27)),
@@ -102,7 +101,7 @@ LABELS = {
     "tracks": Label("tracks", (6, 5)),
     "light curve, point": Label("point", (6, -3)),
     "light curve, spot": Label("spot, by points", (6, 12)),
-    "light curve, ball": Label("ball, by size", (6, 8)),
+    "light curve, ball": Label("ball, by size", (0, 11)),
     "disc away from a caustic": Label("disc away from a caustic", (1, 27)),
     "disc on a caustic, no spin": Label("disc on a caustic", (6, 0)),
     "disc on a fold": Label("disc on a fold", (-6, 0)),

@@ -97,7 +97,7 @@ class Sizes:
 
     repeats: int = 3
     directions: int = 24576
-    tolerances: tuple[float, ...] = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
+    tolerances: tuple[float, ...] = (1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
     stars: int = 6
     times: int = 100
     baselines: int = 1000
