@@ -51,6 +51,17 @@ SETTINGS = {
         "finest": (16, 64),
         "rounds": 1,
     },
+    # One result of each module.
+    "error_time": {
+        "results": tuple(
+            result
+            for result in STUDIES.module("error_time.main").RESULTS
+            if result.line in ("ray", "pair events", "light curve, spot", "isoradials", "frame of rays alone")
+        ),
+        "sizes": STUDIES.module("error_time.points").Sizes(
+            repeats=1, directions=64, tolerances=(1e-12,), times=4, spot_points=256, pixels=18, side=5
+        ),
+    },
     "extended_sources": {"count": 2},
     "far_camera": {
         "spins": (0.1, 0.2, 0.3, 0.4),
@@ -122,6 +133,17 @@ def check_disk_checks(entry):
     assert all(one["error"] < 0.05 for one in entry["work"] if one["method"] == "beams at nodes")
 
 
+def check_error_time(entry):
+    points = {(one["line"], one["setting"]): one for one in entry["points"]}
+    assert len(points) == 11 and all(one["seconds"] > 0 for one in points.values())
+    # Of rays alone nothing is reported.
+    assert all((one["ratio"] is None) == (one["family"] == "pictures") for one in points.values())
+    assert points["ray", "closed form"]["error"] < 1e-13 and points["pair events", "one more star"]["ratio"] < 1
+    assert points["isoradials", "90 points"]["ratio"] < 1 and points["light curve, spot", "256 points"]["error"] < 1e-4
+    rays = [points["frame of rays alone", f"{count} a pixel"]["error"] for count in (1, 4, 16)]
+    assert rays == sorted(rays, reverse=True) and rays[2] > 1e-3
+
+
 def check_extended_sources(entry):
     assert len(entry["discs"]) == 6 and "wrong" not in entry["verdicts"]
     answer = [disc for disc in entry["discs"] if disc["certified"] and disc["twin_error"] is not None]
@@ -175,6 +197,7 @@ CHECKS = {
     "adversary": check_adversary,
     "astroids": check_astroids,
     "disk_checks": check_disk_checks,
+    "error_time": check_error_time,
     "extended_sources": check_extended_sources,
     "fit": check_fit,
     "near_sources": check_near_sources,
@@ -268,7 +291,7 @@ def test_command_runs_a_study_and_names_its_files(tmp_path, capsys, monkeypatch)
 
 def test_unknown_study_is_one_line_and_status_2(assert_refused):
     names = (
-        "accuracy, adversary, astroids, cost, disk_checks, extended_sources, far_camera, fit, inclination, "
+        "accuracy, adversary, astroids, cost, disk_checks, error_time, extended_sources, far_camera, fit, inclination, "
         "near_sources, open_questions, orders, spin_radius, stability, waves"
     )
     assert_refused(["study", "alchemy"], f"must be one of {names}, but is alchemy")
