@@ -56,10 +56,10 @@ SETTINGS = {
         "results": tuple(
             result
             for result in STUDIES.module("error_time.main").RESULTS
-            if result.line in ("ray", "pair events", "light curve, spot", "isoradials", "frame of rays alone")
+            if result.line in ("ray", "pair events", "light curve, spot", "ring visibility", "frame of rays alone")
         ),
         "sizes": STUDIES.module("error_time.points").Sizes(
-            repeats=1, directions=64, tolerances=(1e-12,), times=4, spot_points=256, pixels=18, side=5
+            repeats=1, directions=64, tolerances=(1e-12,), times=4, baselines=50, spot_points=256, pixels=18, side=5
         ),
     },
     "extended_sources": {"count": 2},
@@ -135,11 +135,12 @@ def check_disk_checks(entry):
 
 def check_error_time(entry):
     points = {(one["line"], one["setting"]): one for one in entry["points"]}
-    assert len(points) == 11 and all(one["seconds"] > 0 for one in points.values())
+    assert len(points) == 10 and all(one["seconds"] > 0 for one in points.values())
     # Of rays alone nothing is reported.
     assert all((one["ratio"] is None) == (one["family"] == "pictures") for one in points.values())
     assert points["ray", "closed form"]["error"] < 1e-13 and points["pair events", "one more star"]["ratio"] < 1
-    assert points["isoradials", "90 points"]["ratio"] < 1 and points["light curve, spot", "256 points"]["error"] < 1e-4
+    assert points["ring visibility", "50 baselines"]["ratio"] < 1
+    assert points["light curve, spot", "256 points"]["error"] < 1e-4
     rays = [points["frame of rays alone", f"{count} a pixel"]["error"] for count in (1, 4, 16)]
     assert rays == sorted(rays, reverse=True) and rays[2] > 1e-3
 

@@ -84,7 +84,7 @@ def visibilities(sizes: Sizes) -> Iterator[Measured]:
     seen = kc.ring_visibility(rings, u, 0.0)
     k, off, reported = 2 * math.pi * u, [], []
     for band, value, error in zip(rings[1:], seen.value, seen.error, strict=True):
-        outer, inner = (float(np.hypot(*edge.sky[0])) for edge in band.rims)
+        inner, outer = (float(np.hypot(*edge.sky[0])) for edge in band.rims)
         exact = 2 * math.pi * (outer * j1(k * outer) - inner * j1(k * inner)) / k
         off.append(np.abs(value - exact) / band.solid_angle)
         reported.append(error / band.solid_angle)

@@ -44,7 +44,9 @@ QUICK: dict[str, Any] = {
         pixels=45,
         side=11,
         twin=240,
-        rings=1000,
+        rings=400,
+        balls=(0.01,),
+        places=3,
     )
 }
 """Settings of the quick study."""

@@ -90,9 +90,9 @@ class Sizes:
     """Sizes of the study.
 
     repeats: of each timing; directions: of rays that are timed; tolerances: of the integrator; stars: of the camera of
-    the reference; times: of light curves; baselines: of visibilities; spot_points: most of a spot; frequencies: of
-    waves; pixels: rows of frames; side: rays across a pixel that a frame is compared with; twin, rings: positions round
-    the ring, and radii, of the slow sum over a line profile.
+    the reference; times: of light curves; baselines: of visibilities; spot_points: most of a spot; balls: their radii;
+    frequencies: of waves; places: of waves with spin; pixels: rows of frames; side: rays across a pixel that a frame is
+    compared with; twin, rings: positions round the ring, and radii, of the slow sum over a line profile.
     """
 
     repeats: int = 3
@@ -102,11 +102,13 @@ class Sizes:
     times: int = 100
     baselines: int = 1000
     spot_points: int = 4096
+    balls: tuple[float, ...] = (0.1, 0.01, 0.001)
     frequencies: tuple[float, ...] = (0.5, 1.0, 2.0, 5.0, 10.0)
     pixels: int = 90
     side: int = 23
     twin: int = 480
     rings: int = 4000
+    places: int = 7
 
 
 SIZES = Sizes()

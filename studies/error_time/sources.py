@@ -24,7 +24,6 @@ FIRST, LAST = 100.0, 240.0
 IMAGES = 3
 SPOT = 0.1
 SPOT_POINTS = (16, 256, 1024, 4096)
-BALLS = (0.1, 0.01, 0.001)
 
 NEAR = kc.Camera(0.0, 10.0, math.pi / 2, "static")
 AWAY = 0.5
@@ -67,7 +66,7 @@ def point_light(sizes: Sizes) -> Iterator[Measured]:
 
 def ball_light(sizes: Sizes) -> Iterator[Measured]:
     """Light of balls of several sizes."""
-    return light_curves(sizes, {f"radius {size:g}": kc.Ball(size) for size in BALLS})
+    return light_curves(sizes, {f"radius {size:g}": kc.Ball(size) for size in sizes.balls})
 
 
 def spot_light(sizes: Sizes) -> Iterator[Measured]:
@@ -123,6 +122,7 @@ def waves_with_spin(sizes: Sizes) -> Iterator[Measured]:
     """Fields of a spinning hole, also on folds and cusps."""
     rows = [row for row in json.loads(WAVES.read_text(encoding="utf-8"))["rows"] if row["omega"] == SPINNING]
     camera = kc.Camera(rows[0]["spin"], rows[0]["radius"], rows[0]["inclination"], "fiducial")
+    rows = rows[-sizes.places :]
     true = np.array([complex(*row["field"]) for row in rows])
     places = [tuple(row["source"]) for row in rows]
     yield _field(f"ω M = {SPINNING:g}", camera, places, SPINNING, true, {"end": rows[0]["end"]})
