@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import j1
@@ -10,15 +9,19 @@ from scipy.special import j1
 import kerrcaustics as kc
 
 from ..disk_checks.schwarzschild import isoradial
-from ..disk_checks.twin import ring_profile
+from ..disk_checks.twin import Screen, ring_profile
 from .points import Measured, Result, Sizes
 
 Array = np.ndarray
 
 INCLINATION = 1.0
 VIEWER = kc.Observer(spin=0.0, inclination=INCLINATION)
-RADII, CROSSINGS, POINTS = (6.0, 10.0), 2, (90, 360)
-INNER, OUTER, POWER, BINS = 6.0, 6.06, 3.0, 50
+RADII = (6.0, 10.0)
+CROSSINGS = 2
+POINTS = (90, 360)
+INNER, OUTER = 6.0, 6.06
+POWER = 3.0
+BINS = 50
 NODES = ((4, 32), (4, 64), (8, 128), (16, 256), (32, 512))
 # Twice the positions make the error of the slow sum smaller by this factor or more.
 FALL = 4.0
@@ -42,18 +45,17 @@ def isoradials(sizes: Sizes) -> Iterator[Measured]:
         yield Measured(f"{points} points", work, *np.concatenate(pairs, axis=1), count=len(RADII) * CROSSINGS)
 
 
-@dataclass(frozen=True)
-class ClosedScreen:
-    """The screen of the observer, with rings in closed form, for the slow sum of `disk_checks.twin`."""
+class ClosedScreen(Screen):
+    """The screen of an observer of a hole without spin, with rings in closed form, for the slow sum of `twin`."""
 
     def ring(self, radius: float, turn: Array) -> tuple[Array, Array]:
         """g (n,), and solid angle for each dr and turn, of the first image."""
-        b = isoradial(radius, INCLINATION, turn, 1)
+        b = isoradial(radius, self.inclination, turn, 1)
         slope = np.zeros_like(b)
         for k, weight in enumerate(_WEIGHTS, 1):
-            ahead, behind = (isoradial(radius * (1 + s * _STEP), INCLINATION, turn, 1) for s in (k, -k))
+            ahead, behind = (isoradial(radius * (1 + s * _STEP), self.inclination, turn, 1) for s in (k, -k))
             slope += weight * (ahead - behind) / (_STEP * radius)
-        momentum = -b * np.cos(turn) * math.sin(INCLINATION)
+        momentum = -b * np.cos(turn) * math.sin(self.inclination)
         return math.sqrt(1 - 3 / radius) / (1 - momentum * radius**-1.5), b * slope
 
 
@@ -61,7 +63,7 @@ def line_profiles(sizes: Sizes) -> Iterator[Measured]:
     """Bins of the profile of a narrow ring, relative to the highest one."""
     edges = kc.line_profile(VIEWER, INNER, OUTER, POWER, bins=BINS).edges
     coarse, true = (
-        ring_profile(ClosedScreen(), INNER, OUTER, POWER, edges, turns, sizes.rings)
+        ring_profile(ClosedScreen(0.0, INCLINATION), INNER, OUTER, POWER, edges, turns, sizes.rings)
         for turns in (sizes.twin // 2, sizes.twin)
     )
     known = float(np.abs(coarse - true).max() / true.max() / FALL)
@@ -82,7 +84,7 @@ def visibilities(sizes: Sizes) -> Iterator[Measured]:
     seen = kc.ring_visibility(rings, u, 0.0)
     k, off, reported = 2 * math.pi * u, [], []
     for band, value, error in zip(rings[1:], seen.value, seen.error, strict=True):
-        inner, outer = np.hypot(*band.inner.sky[0]), np.hypot(*band.outer.sky[0])
+        outer, inner = (float(np.hypot(*edge.sky[0])) for edge in band.rims)
         exact = 2 * math.pi * (outer * j1(k * outer) - inner * j1(k * inner)) / k
         off.append(np.abs(value - exact) / band.solid_angle)
         reported.append(error / band.solid_angle)

@@ -24,7 +24,12 @@ from kerrcaustics.report.tables import markdown_table, text_table
 
 from . import disks, frames, sources, stars, traced
 from .picture import draw
-from .points import Point, Result, Sizes
+from .points import SIZES, Point, Result, Sizes
+
+QUESTION = "What does an error of each result cost?"
+# Run times on two cores of an AMD EPYC (2.6 GHz, shared).
+SECONDS = 200
+QUICK_SECONDS = 40
 
 RESULTS = (*traced.RESULTS, *stars.RESULTS, *sources.RESULTS, *disks.RESULTS, *frames.RESULTS)
 QUICK: dict[str, Any] = {
@@ -45,6 +50,7 @@ QUICK: dict[str, Any] = {
 """Settings of the quick study."""
 # The line with which README and overview compare the times of all others, and its setting.
 UNIT = "beam", "closed form"
+UNITS = (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6))
 
 
 def heads() -> list[str]:
@@ -53,16 +59,17 @@ def heads() -> list[str]:
 
 
 def rows(points: list[Point]) -> list[list[str]]:
-    """The table, a row for each point; the name of a result stands in its first row."""
+    """The table, a row for each point; what all settings of a result share stands in its first row."""
     beam = beam_seconds(points)
     found, before = [], ""
     for point in points:
+        first, before = point.line != before, point.line
+        name, quantity, against = (point.line, point.quantity, point.against) if first else ("", "", "")
         ratio = "" if math.isnan(point.ratio) else f"{point.ratio:.2g}"
         reported = "" if math.isnan(point.reported) else f"{point.reported:.0e}"
         true = f"{'below ' if point.bound else ''}{point.error:.0e}"
-        name, before = "" if point.line == before else point.line, point.line
-        numbers = [duration(point.seconds), f"{point.seconds / beam:.2g}" if point.seconds < 10 * beam else in_beams(point, beam)]
-        found.append([name, point.setting, *numbers, true, reported, ratio, point.quantity, point.against])
+        times = duration(point.seconds), in_beams(point.seconds / beam)
+        found.append([name, point.setting, *times, true, reported, ratio, quantity, against])
     return found
 
 
@@ -72,20 +79,18 @@ def beam_seconds(points: list[Point]) -> float:
     return beams[0] if beams else min(point.seconds for point in points)
 
 
-def in_beams(point: Point, beam: float) -> str:
+def in_beams(ratio: float) -> str:
     """A time in beams, to two digits."""
-    ratio = point.seconds / beam
-    digits = 1 - math.floor(math.log10(ratio))
-    return f"{round(ratio, digits):,.0f}"
+    if ratio < 10:
+        return f"{ratio:.2g}"
+    return f"{round(ratio, 1 - math.floor(math.log10(ratio))):,.0f}"
 
 
 def duration(seconds: float) -> str:
     """Seconds with a unit, to two digits."""
-    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
-        if seconds >= 0.9995 * size:
-            break
+    unit, size = next(pair for pair in UNITS if seconds >= 0.9995 * pair[1] or pair is UNITS[-1])
     value = seconds / size
-    return f"{value:.0f} {unit}" if value >= 10 else f"{value:.1f} {unit}" if value >= 1 else f"{value:.2f} {unit}"
+    return f"{value:.{0 if value >= 10 else 1 if value >= 1 else 2}f} {unit}"
 
 
 def findings(points: list[Point]) -> list[str]:
@@ -95,14 +100,14 @@ def findings(points: list[Point]) -> list[str]:
     beam, last = beam_seconds(points), max(points, key=lambda point: point.seconds)
     above = sum(ratio > 1 for ratio, _ in ratios)
     return [
-        f"Of {len(ratios)} settings with a reported error, {above} have a value whose true error is larger; the largest "
-        f"ratio of true to reported error is {most:.2g} ({worst.line}, {worst.setting}).",
+        f"Of {len(ratios)} settings with a reported error, {above} have a value whose true error is larger; the "
+        f"largest ratio of true to reported error is {most:.2g} ({worst.line}, {worst.setting}).",
         f"A beam takes {duration(beam)}; what takes longest, {last.line} ({last.setting}), as long as "
-        f"{in_beams(last, beam)} beams.",
+        f"{in_beams(last.seconds / beam)} beams.",
     ]
 
 
-def main(output: Path, results: tuple[Result, ...] = RESULTS, sizes: Sizes = Sizes()) -> list[Path]:
+def main(output: Path, results: tuple[Result, ...] = RESULTS, sizes: Sizes = SIZES) -> list[Path]:
     """Measure, write error_time.json, .png and .md into a folder, and return their paths."""
     began = time.perf_counter()
     points: list[Point] = []

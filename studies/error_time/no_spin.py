@@ -106,4 +106,3 @@ class Circle:
         late = node * size / (self.radius * self.rate)
         many = self.light((time[:, None] + late).ravel(), image, "spot").reshape(len(time), -1)
         return many @ weight / weight.sum()
-

@@ -90,14 +90,14 @@ class Sizes:
     """Sizes of the study.
 
     repeats: of each timing; directions: of rays that are timed; tolerances: of the integrator; stars: of the camera of
-    the reference; times: of light curves; baselines; spot_points: most of a spot; frequencies: of waves; pixels: rows of frames; side: rays across a pixel that a frame is
-    compared with; twin, rings: positions round the
-    ring, and radii, of the slow sum over a line profile.
+    the reference; times: of light curves; baselines: of visibilities; spot_points: most of a spot; frequencies: of
+    waves; pixels: rows of frames; side: rays across a pixel that a frame is compared with; twin, rings: positions round
+    the ring, and radii, of the slow sum over a line profile.
     """
 
     repeats: int = 3
     directions: int = 24576
-    tolerances: tuple[float, ...] = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
+    tolerances: tuple[float, ...] = (1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
     stars: int = 6
     times: int = 100
     baselines: int = 1000
@@ -107,6 +107,10 @@ class Sizes:
     side: int = 23
     twin: int = 480
     rings: int = 4000
+
+
+SIZES = Sizes()
+"""Those of the study."""
 
 
 def nothing(count: int) -> Array:

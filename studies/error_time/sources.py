@@ -20,13 +20,16 @@ from .points import Measured, Result, Sizes
 
 ORBIT = Circle(radius=8.0, distance=50.0, inclination=1.0)
 VIEWER = kc.Camera(0.0, ORBIT.distance, ORBIT.inclination, "static")
-FIRST, LAST, IMAGES = 100.0, 240.0, 3
-SPOT, SPOT_POINTS = 0.1, (16, 256, 1024, 4096)
+FIRST, LAST = 100.0, 240.0
+IMAGES = 3
+SPOT = 0.1
+SPOT_POINTS = (16, 256, 1024, 4096)
 BALLS = (0.1, 0.01, 0.001)
 
 NEAR = kc.Camera(0.0, 10.0, math.pi / 2, "static")
-AWAY, SIZES = 0.5, (0.1, 0.01)
-CAMERA, FOLD_SIZES = kc.Camera(0.999, 6.03), (0.1, 0.01)
+AWAY = 0.5
+CAMERA = kc.Camera(0.999, 6.03)
+DISCS = (0.1, 0.01)
 # Changes of the slow sum that its own error may amount to.
 SUMMED = 4.0
 
@@ -53,8 +56,8 @@ def light_curves(sizes: Sizes, sources: dict[str, Any]) -> Iterator[Measured]:
 def _flux(times: np.ndarray, source: Any) -> np.ndarray:
     """The true flux; of a ball that of a point."""
     if isinstance(source, kc.Spot):
-        return sum(ORBIT.spread(times, image, source.size) for image in range(source.crossings))
-    return sum(ORBIT.light(times, image, "point") for image in range(IMAGES))
+        return np.sum([ORBIT.spread(times, image, source.size) for image in range(source.crossings)], axis=0)
+    return np.sum([ORBIT.light(times, image, "point") for image in range(IMAGES)], axis=0)
 
 
 def point_light(sizes: Sizes) -> Iterator[Measured]:
@@ -70,18 +73,19 @@ def ball_light(sizes: Sizes) -> Iterator[Measured]:
 def spot_light(sizes: Sizes) -> Iterator[Measured]:
     """Light of a spot, with more and more points on its orbit."""
     counts = [points for points in SPOT_POINTS if points <= sizes.spot_points]
-    return light_curves(sizes, {f"{points} points": kc.Spot(SPOT, crossings=IMAGES, points=points) for points in counts})
+    spots = [kc.Spot(SPOT, crossings=IMAGES, points=points) for points in counts]
+    return light_curves(sizes, {f"{spot.points} points": spot for spot in spots})
 
 
 def discs_away(sizes: Sizes) -> Iterator[Measured]:
     """Discs away from the caustic of a hole without spin."""
-    for size in SIZES:
+    for size in DISCS:
         yield _disc(NEAR, (math.pi / 2, math.pi - AWAY), size, 1, beside(NEAR.radius, AWAY, size))
 
 
 def discs_on_point(sizes: Sizes) -> Iterator[Measured]:
     """Discs on the caustic of a hole without spin, a point."""
-    for size in SIZES:
+    for size in DISCS:
         yield _disc(NEAR, (math.pi / 2, math.pi), size, 1, centred(NEAR.radius, size))
 
 
@@ -89,19 +93,21 @@ def discs_on_fold(sizes: Sizes) -> Iterator[Measured]:
     """Discs on a fold of a spinning hole."""
     curve = kc.caustics(CAMERA, 2)[1]
     place = curve.place[len(curve.place) // 7]
-    for size in FOLD_SIZES:
+    for size in DISCS:
         total, off = summed(CAMERA, SKY.vectors(place[None])[0], size, 2)
         yield _disc(CAMERA, (float(place[0]), float(place[1])), size, 2, total, SUMMED * off / total)
 
 
-def _disc(camera: kc.Camera, place: tuple[float, float], size: float, highest: int, true: float, known: float = 0.0) -> Measured:
+def _disc(
+    camera: kc.Camera, place: tuple[float, float], size: float, highest: int, true: float, known: float = 0.0
+) -> Measured:
     found, numbers = kc.magnification(camera, place, size, max_index=highest), count(1)
 
     def work() -> None:
         kc.magnification(camera, (place[0], place[1] + FURTHER * next(numbers)), size, max_index=highest)
 
-    pair = abs(found.total / true - 1), found.error / found.total
-    return Measured(f"radius {size:g} rad", work, *(np.array([one]) for one in pair), known=known)
+    off, reported = abs(found.total / true - 1), found.error / found.total
+    return Measured(f"radius {size:g} rad", work, np.array([off]), np.array([reported]), known=known)
 
 
 def waves(sizes: Sizes) -> Iterator[Measured]:

@@ -1,4 +1,4 @@
-"""Images of stars, their tracks and pair events: against images in quadruple precision, and folds in long arithmetic."""
+"""Images of stars, tracks and pair events: against images in quadruple precision, and folds in long arithmetic."""
 
 import json
 import math
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from functools import partial
 from itertools import count
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from mpmath import mp, mpf
@@ -57,7 +57,7 @@ def tracks(sizes: Sizes) -> Iterator[Measured]:
     pairs = []
     for row in _stars(sizes):
         level, azimuth = row["star"]
-        found = kc.star_tracks(CAMERA, level, HIGHEST).images_at(azimuth=azimuth)
+        found = cast(kc.StarImages, kc.star_tracks(CAMERA, level, HIGHEST).images_at(azimuth=azimuth))
         pairs.append(_image_miss(found, row, "place"))
 
     def work() -> None:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
-from functools import cache, partial
+from functools import cache
 from itertools import count
 
 import numpy as np
@@ -40,12 +40,12 @@ def rays(sizes: Sizes) -> Iterator[Measured]:
         yield _traced(sizes, name, kc.trace_rays, (engine, tolerance), np.concatenate(true), reported)
 
 
-def beams(sizes: Sizes, quantity: str) -> Iterator[Measured]:
-    """Beams of the whole sky, with index, crossings and redshift; quantity: "direction" or "delta_minus"."""
+def beams(sizes: Sizes) -> Iterator[Measured]:
+    """Beams of the whole sky, with index, crossings and redshift."""
     for name, engine, tolerance in methods(sizes):
         found = errors(known_rays()[FAMILY], engine, tolerance)
-        reported = found[f"{quantity} reported"]
-        yield _traced(sizes, name, kc.trace_beams, (engine, tolerance), found[quantity], reported)
+        reported = found["delta_minus reported"]
+        yield _traced(sizes, name, kc.trace_beams, (engine, tolerance), found["delta_minus"], reported)
 
 
 def _traced(
@@ -93,7 +93,9 @@ def _equatorial_cusps() -> list[tuple[float, float]]:
 def _cusp_miss(curve: kc.Caustic, true: list[tuple[float, float]]) -> np.ndarray:
     """True and reported errors (2, 2) of the two cusps on the equator."""
     found = [cusp for cusp in curve.cusps if abs(cusp.celestial[0] - math.pi / 2) < _EQUATOR]
-    gaps = [[abs(math.remainder(cusp.celestial[1] - phi, 2 * math.pi)) for cusp in found] for phi in true[curve.order - 1]]
+    gaps = [
+        [abs(math.remainder(cusp.celestial[1] - phi, 2 * math.pi)) for cusp in found] for phi in true[curve.order - 1]
+    ]
     nearest = [int(np.argmin(row)) for row in gaps]
     return np.array([[row[i] for row, i in zip(gaps, nearest, strict=True)], [found[i].error for i in nearest]])
 
@@ -101,8 +103,7 @@ def _cusp_miss(curve: kc.Caustic, true: list[tuple[float, float]]) -> np.ndarray
 _LONG = "25 digits (studies/truth)"
 RESULTS = (
     Result("rays", "ray", "n′, rad", _LONG, rays, 0.99),
-    Result("rays", "beam", "n′, rad", _LONG, partial(beams, quantity="direction"), 0.99),
-    Result("rays", "beam, its width", "δ₋ / δ₊", _LONG, partial(beams, quantity="delta_minus"), 0.99),
+    Result("rays", "beam", "δ₋ / δ₊", _LONG, beams, 0.99),
     Result("curves", "three caustics", "φ′ of cusps, rad", "20 digits (studies/orders)", caustics),
 )
 """Results of this module."""
