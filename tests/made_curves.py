@@ -40,7 +40,7 @@ def point(order, radius):
 
 
 def made_set(curves, camera=CAMERA, missing=()):
-    made = {"camera": camera, "engine": "", "tolerance": 0.0, "seconds": 0.0, "beams": 0, "versions": {}}
+    made = {"camera": camera, "engine": "", "seconds": 0.0, "beams": 0, "versions": {}}
     return CausticSet(tuple(curves), **made, missing=missing)
 
 

@@ -21,8 +21,8 @@ _PLACES = ("random", "behind", "fold", "cusp")
 _FREQUENCIES = (0.3, 3.8)
 # Largest radians of phase from the hole to the nearer and to the farther place: the time of the sum grows with them.
 _MOST_NEAR, _MOST_FAR = 10.0, 80.0
-# Radius of the outermost photon orbit.
-_PHOTON_ORBITS = 4.0
+# Radius of the outermost photon orbit, and the least distance of sources in such radii.
+_PHOTON_ORBITS, _FARTHER = 4.0, 1.05
 # Least part of the field of which the sum over modes is certain.
 _CERTAIN = 1e-6
 
@@ -36,6 +36,7 @@ def waves(rng: np.random.Generator) -> list[Claim]:
     omega = max(min(omega, _MOST_NEAR / near), _FREQUENCIES[0])
     far = near * max(min(float(rng.choice([2.0, 5.0, 20.0, 40.0])), _MOST_FAR / (omega * near)), 2.0)
     # Among the photon orbits there are no sources.
+    far = max(far, _FARTHER * _PHOTON_ORBITS)
     exchanged = bool(rng.uniform() < 0.25) and near > _PHOTON_ORBITS
     radius, end = (far, near) if exchanged else (near, far)
     camera = kc.Camera(spin, radius, inclination, "fiducial")
