@@ -35,7 +35,8 @@ def direction(
 
     Errors
     ------
-    1e-13 or so times the beam's major diameter; each derivative loses one more power of it.
+    1e-13 or so times the beam's major diameter; each derivative loses one more power of it. More for cameras within
+    1e-6 of the speed of light, or within 1e-4 of the horizon, relative to its radius.
     """
     return _ray_end(spin, radius, inclination, sky, velocity, timed=False)
 

@@ -30,6 +30,8 @@ _DIGITS, _STEP, _WIDER_STEP = 50, mpf("1e-20"), mpf("1e-10")
 _PATIENCE = 10.0
 # What kerrcaustics.functional states of its results, times the diameter of the beam for every derivative.
 _STATED = 1e-13
+# Speed of a camera and distance from the horizon, relative to it, beyond which nothing is stated.
+_FASTEST, _CLOSEST = 1 - 1e-6, 1e-4
 # Step of differences between viewers.
 _WIDE = 1e-3
 _GIVEN = ("spin", "radius", "inclination")
@@ -83,6 +85,9 @@ def of_rays(rng: np.random.Generator) -> list[Claim]:
     camera = hard_camera(rng)
     # Steps in parameters stay among cameras.
     if not (camera.spin > 1e-15 and 1e-15 < camera.inclination < math.pi - 1e-15):
+        return []
+    speed, room = math.hypot(*camera.fido_velocity()), camera.radius / kerr.horizon(camera.spin) - 1
+    if speed > _FASTEST or room < _CLOSEST:
         return []
     return ray_claims(camera, hard_direction(camera, rng), slopes_of_rays(camera.velocity))
 
@@ -193,8 +198,8 @@ def of_caustics(rng: np.random.Generator) -> list[Claim]:
     """Derivatives of the cusps and extremes of caustics by one parameter of the viewer."""
     viewer = ordinary_camera(rng) if rng.uniform() < 0.6 else ordinary_observer(rng)
     order, k = int(rng.integers(1, 4)), int(rng.integers(len(viewer.parameters)))
-    found = kc.caustic_derivatives(viewer, order)[order - 1]
-    return caustic_claims(viewer, found, order, k)
+    found = kc.caustic_derivatives(viewer, order)
+    return caustic_claims(viewer, found[order - 1], order, k) if len(found) == order else []
 
 
 def caustic_claims(viewer: Any, found: Any, order: int, k: int) -> list[Claim]:
@@ -224,14 +229,21 @@ def caustic_claims(viewer: Any, found: Any, order: int, k: int) -> list[Claim]:
 
 def _extent_sizes(found: Any) -> tuple[float, float]:
     """The largest derivatives of the ends of extents."""
-    ends = (found.theta_min, found.theta_max), (found.phi_min, found.phi_max)
-    return tuple(float(sum(np.nan_to_num(np.abs(end)).max() for end in pair)) for pair in ends)
+    theta, phi = (found.theta_min, found.theta_max), (found.phi_min, found.phi_max)
+    sizes = [sum(float(np.nan_to_num(np.abs(end)).max()) for end in pair) for pair in (theta, phi)]
+    return sizes[0], sizes[1]
 
 
 def of_events(rng: np.random.Generator) -> list[Claim]:
     """Derivatives of the pair events of one circle of stars by one parameter."""
     viewer = ordinary_camera(rng) if rng.uniform() < 0.6 else ordinary_observer(rng)
-    theta, index = float(np.arccos(rng.uniform(-1, 1))), int(rng.integers(1, 3))
+    index = int(rng.integers(1, 3))
+    caustics = kc.caustics(viewer, index)
+    if len(caustics) < index:
+        return []
+    # A circle that crosses the caustic.
+    caustic = caustics[index - 1]
+    theta = float(caustic.theta_min + rng.uniform(0.02, 0.98) * (caustic.theta_max - caustic.theta_min))
     events = kc.pair_events(viewer, theta, index)
     if not len(events):
         return []
@@ -302,7 +314,8 @@ def star_near_caustic(camera: kc.Camera, rng: np.random.Generator) -> tuple[floa
     """theta', phi' of a star, two in three next to a caustic."""
     if rng.uniform() < 1 / 3:
         return float(math.acos(rng.uniform(-1, 1))), float(rng.uniform(-math.pi, math.pi))
-    curve = from_angles(*kc.caustics(camera, 2)[rng.integers(2)].place.T)
+    caustics = kc.caustics(camera, 2)
+    curve = from_angles(*caustics[int(rng.integers(len(caustics)))].place.T)
     place = curve[rng.integers(len(curve))] + 10 ** rng.uniform(-7, -1) * rng.normal(size=3)
     place /= np.linalg.norm(place)
     return float(polar_angle(place)), float(math.atan2(place[1], place[0]))

@@ -166,10 +166,10 @@ def ellipse_claims(camera, sky, end, beam: kc.Beams, ellipse: tuple[float, float
     allowed = (float(beam.jacobian_error) + _ROUND_OFF) * float(beam.delta_plus) * np.linalg.norm(entries)
     miss = float(np.linalg.norm(true @ entries - flat))
     claims = [
-        Claim("diameters of an ellipse", off / float(found.error), code),
+        Claim("diameters of an ellipse", float(off / found.error), code),
         Claim("angle of an ellipse", abs(turn) / float(found.angle_error), code),
     ]
-    return [*claims, Claim("pulled back", miss / allowed, f"{call}.pulled_back(...)")] if allowed < 1 else claims
+    return [*claims, Claim("pulled back", float(miss / allowed), f"{call}.pulled_back(...)")] if allowed < 1 else claims
 
 
 def true_entries(camera: kc.Camera, sky: np.ndarray, end) -> np.ndarray | None:

@@ -22,7 +22,8 @@ _METHODS = ("auto", "images", "line")
 def of_patterns(rng: np.random.Generator) -> list[Claim]:
     """Pixels of the pattern of a region next to a caustic."""
     viewer = ordinary_camera(rng) if rng.uniform() < 0.7 else ordinary_observer(rng)
-    caustic = kc.caustics(viewer, 2)[rng.integers(2)]
+    caustics = kc.caustics(viewer, 2)
+    caustic = caustics[int(rng.integers(len(caustics)))]
     place = caustic.place[rng.integers(len(caustic.place))]
     half = 10 ** rng.uniform(-3, -1)
     middle = place + rng.uniform(-1, 1, 2) * half
