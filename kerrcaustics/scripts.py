@@ -129,7 +129,7 @@ STUDIES = ScriptFolder("study", HOME / "studies", "{}/main.py")
 FILMS = ScriptFolder("film", HOME / "figures" / "films")
 
 
-def _run_one(word: str, folder: str, place: str, name: str, output: str, *quick: str) -> None:
+def run_one(word: str, folder: str, place: str, name: str, output: str, *quick: str) -> None:
     """Run a script for `run_apart`; a failure is one line."""
     try:
         ScriptFolder(word, Path(folder), place).run(name, Path(output), bool(quick))
@@ -142,4 +142,5 @@ def _run_one(word: str, folder: str, place: str, name: str, output: str, *quick:
 
 
 if __name__ == "__main__":
-    _run_one(*sys.argv[1:])
+    # Of the module that studies import, whose QUICK_RUN is another one.
+    import_module("kerrcaustics.scripts").run_one(*sys.argv[1:])
