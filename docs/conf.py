@@ -105,7 +105,8 @@ def write_commands(app, page, source):
         from kerrcaustics.cli import with_all_commands
 
         reported = with_all_commands().generate_docs(output_format="rst").partition("**Commands:**")[2]
-        source[0] = source[0].replace("COMMANDS", reported)
+        # A usage of its own begins with the command, which is put before it again.
+        source[0] = source[0].replace("COMMANDS", reported.replace("kerrcaustics study kerrcaustics", "kerrcaustics"))
 
 
 # Lists made from what declares them: by page and by the comment that each replaces, its module and function.

@@ -39,6 +39,7 @@ DRAWN_BY = {
     "astroids.png": ["studies/astroids/main.py:picture"],
     "cost.png": ["studies/cost/picture.py:draw"],
     "disk_checks.png": ["studies/disk_checks/main.py:picture"],
+    "error_time.png": ["studies/error_time/picture.py:draw"],
     "far_camera.png": ["studies/far_camera/picture.py:picture"],
     "inclination.png": ["studies/inclination/main.py:picture"],
     "near_sources.png": ["studies/near_sources/main.py:picture"],

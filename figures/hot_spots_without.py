@@ -141,7 +141,7 @@ def lingering(plane: TracedView) -> Figure:
 
 def draw_course(above: Axes, course: Axes, camera: kc.Camera) -> None:
     """An orbit from above, with dots at equal intervals of the camera's time, and its azimuth against that time."""
-    (seen,) = kc.isoradials(camera, [MIDDLE], crossings=1, points=720, time=True)
+    (seen,) = kc.isoradials(camera, [MIDDLE], crossings=1, points=720)
     rate, order = MIDDLE**-1.5, np.argsort(seen.azimuth % (2 * math.pi))
     phi, way = (seen.azimuth % (2 * math.pi))[order], seen.time[order]
     # When the light comes of a spot that is at phi.

@@ -167,7 +167,7 @@ CALLS: dict[str, Callable[[Cell], Any]] = {
     "trace_beams": lambda c: kc.trace_beams(
         viewer_named(c.viewer), directions(c.viewer), time=True, **CONSTANTS, **where(c)
     ),
-    "isoradials": lambda c: kc.isoradials(viewer_named(c.viewer), [9.0], 1, 60, time=True, **own_plane(c)),
+    "isoradials": lambda c: kc.isoradials(viewer_named(c.viewer), [9.0], 1, 60, **own_plane(c)),
     "photon_rings": lambda c: kc.photon_rings(viewer_named(c.viewer), max_order=1, outer=9.0, **own_plane(c)),
     "light_curve": lambda c: kc.light_curve(
         viewer_named(c.viewer), 9.0, 8, source=kc.Spot(crossings=1, points=60), **own_plane(c)

@@ -1,10 +1,12 @@
 """The adversary's kinds of analyses: a broken claim is seen, and none is broken in a few cases of each kind."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import kerrcaustics as kc
 from kerrcaustics.scripts import STUDIES
 
 claim, driver, kinds = (STUDIES.module(f"adversary.analyses.{name}") for name in ("claim", "driver", "kinds"))
@@ -46,3 +48,35 @@ def test_what_is_broken_is_seen_and_a_refusal_is_not():
 def test_no_claim_is_broken_in_a_few_cases(name):
     found = driver.try_cases({name: KINDS[name]}, CASES, 73)
     assert not found.broken(HONEST) and found.cases[name] == CASES
+
+
+def shifted(found):
+    return replace(found, isoradials=tuple(replace(one, azimuth=one.azimuth + 1e-4) for one in found))
+
+
+def larger(rings):
+    return replace(rings, bands=tuple(replace(one, solid_angle=one.solid_angle * (1 + 1e-4)) for one in rings))
+
+
+# By kind: the function of the package that is made to lie, how, and a case that claims what is false then.
+LIES = {
+    "isoradials": ("isoradials", shifted, 1),
+    "line profiles": ("line_profile", lambda found: replace(found, flux=found.flux * 1.02), 5),
+    "spots": ("light_curve", lambda found: replace(found, shares=found.shares * 1.001), 5),
+    "photon rings": ("photon_rings", larger, 4),
+    "ring visibility": ("ring_visibility", lambda found: replace(found, real=found.real + 1e-3 * found.flux.max()), 0),
+    "moving points": ("light_curve", lambda found: replace(found, emission_time=found.emission_time + 1e-3), 0),
+    "discs": ("magnification", lambda found: replace(found, total=found.total * 1.1), 0),
+    "balls": ("light_curve", lambda found: replace(found, shares=found.shares * 1.01), 0),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LIES)
+def test_a_result_that_lies_is_found_out(name, monkeypatch):
+    function, lie, number = LIES[name]
+    honest = getattr(kc, function)
+    monkeypatch.setattr(kc, function, lambda *values, **options: lie(honest(*values, **options)))
+    claims = driver.case_claims(name, KINDS[name], 73, number)
+    assert max(one.ratio for one in claims) > HONEST
+    assert not any(one.name == driver.CRASH for one in claims)

@@ -127,7 +127,6 @@ FLAGS = {
     "trace_beams": (kc.trace_beams, {"camera": CAMERA, "sky": SKY}),
     "ray_paths": (kc.ray_paths, {"camera": CAMERA, "sky": SKY}),
     "isco": (kc.isco, {"spin": 0.9}),
-    "isoradials": (kc.isoradials, {"camera": CAMERA, "radii": [6.0]}),
     "image_counts": (kc.image_counts, {"camera": CAMERA, "stars": [(1.4, 0.3)]}),
     "render": (kc.render, {"camera": CAMERA, "view": VIEW}),
     "render_volume": (kc.pictures.render_volume, {"camera": CAMERA, "view": VIEW, "volume": GLOW}),

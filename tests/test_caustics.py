@@ -40,9 +40,9 @@ TABLE = {
 
 
 @cache
-def found(spin, radius, inclination_deg=90.0, velocity=None, orders=3, tolerance=1e-12, engine="auto"):
+def found(spin, radius, inclination_deg=90.0, velocity=None, orders=3, engine="auto"):
     camera = kc.Camera(spin, radius, math.radians(inclination_deg), velocity)
-    return kc.caustics(camera, orders, engine, tolerance)
+    return kc.caustics(camera, orders, engine)
 
 
 def reference_set(case):
@@ -211,12 +211,10 @@ def test_a_cusp_is_where_the_critical_curve_runs_along_the_null_direction():
 
 
 @pytest.mark.slow
-def test_reported_error_is_honest_at_a_loose_tolerance():
-    loosely, tightly = (found(0.9, 4.0, tolerance=tolerance, engine="integrated") for tolerance in (1e-7, 1e-12))
-    for loose, tight in zip(loosely, tightly, strict=True):
+def test_engines_agree_within_their_errors():
+    for one, other in zip(found(0.9, 4.0), found(0.9, 4.0, engine="integrated"), strict=True):
         for name in ("theta_min", "theta_max", "phi_min", "phi_max"):
-            assert abs(getattr(loose, name) - getattr(tight, name)) <= 10 * loose.error
-        assert tight.error < loose.error < 1e-5
+            assert abs(getattr(one, name) - getattr(other, name)) <= 2 * (one.error + other.error)
 
 
 @pytest.mark.slow
@@ -281,9 +279,9 @@ def test_caustics_of_slow_holes_are_astroids_or_unresolved(spin, inclination_deg
 @pytest.mark.parametrize("inclination", few((1e-5, 1e-4, 1e-2), (1e-4,)))
 def test_azimuths_close_to_the_axis_have_an_honest_error(inclination):
     camera = kc.Camera(0.9, 6.0, inclination)
-    for loose, tight in zip(kc.caustics(camera, 3), kc.caustics(camera, 3, tolerance=2e-13), strict=True):
+    for one, other in zip(kc.caustics(camera, 3), kc.caustics(camera, 3, "integrated"), strict=True):
         for name in ("theta_min", "theta_max", "phi_min", "phi_max"):
-            assert abs(getattr(loose, name) - getattr(tight, name)) <= 2 * (loose.error + tight.error)
+            assert abs(getattr(one, name) - getattr(other, name)) <= 2 * (one.error + other.error)
 
 
 @pytest.mark.slow

@@ -60,10 +60,10 @@ def test_nothing_else_has_a_certificate():
 
 
 def test_an_order_that_is_lost_is_no_certificate():
-    lost = CausticSet((), kc.Camera(0.9, 10.0), "auto", 1e-12, 0.0, 0, {}, missing=(1,))
+    lost = CausticSet((), kc.Camera(0.9, 10.0), "auto", 0.0, 0, {}, missing=(1,))
     assert not lost.certified and lost.remarks == ("order 1: not found",)
     # There is none: from infinity to infinity the primary caustic lies at infinite (alpha, beta).
-    none = CausticSet((), kc.Observer(spin=0.9, inclination=1.0), "auto", 1e-12, 0.0, 0, {}, missing=(1,))
+    none = CausticSet((), kc.Observer(spin=0.9, inclination=1.0), "auto", 0.0, 0, {}, missing=(1,))
     assert none.certified and none.remarks == ()
 
 

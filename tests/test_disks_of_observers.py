@@ -65,7 +65,7 @@ def test_an_observer_at_a_finite_radius_is_the_fiducial_camera_there(monkeypatch
     camera = kc.Camera(SPIN, radius, INCLINATION, "fiducial")
     observer = kc.Observer(spin=SPIN, inclination=INCLINATION, radius=radius)
     start, rounding = radius + 2 * math.log(radius), 1e-15 * radius
-    for one, other in zip(*(kc.isoradials(v, [5.0, ORBIT], 2, 60, time=True) for v in (camera, observer)), strict=True):
+    for one, other in zip(*(kc.isoradials(v, [5.0, ORBIT], 2, 60) for v in (camera, observer)), strict=True):
         size = np.linalg.norm(other.sky, axis=1) / (2 * radius)
         away = np.linalg.norm(on_screen(camera, one.sky) - other.sky, axis=1)
         # Points of either may lie apart along the curve only by what their lines do.

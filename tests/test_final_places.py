@@ -154,7 +154,7 @@ def spots(camera: kc.Camera):
         plain = track.parity != 0
         claims = {name: getattr(track, name)[plain] for name in (*values, "index", "time")}
         yield "plane track", track.sky[plain], track.error[plain], PLANE, (6.0, track.azimuth[plain]), claims
-    for curve in kc.isoradials(camera, [8.0], 2, points=64, time=True):
+    for curve in kc.isoradials(camera, [8.0], 2, points=64):
         end = kc.EquatorialPlane(curve.crossing)
         claims = {"redshift": curve.redshift, "time": curve.time}
         yield "isoradial", curve.sky, curve.error, end, (8.0, curve.azimuth), claims

@@ -134,7 +134,7 @@ def direct_sum(curve, orbital, times, power=4.0):
 def test_light_of_a_spot_is_that_of_its_images():
     found = kc.light_curve(SPOT, 8.0, 40, size=0.02, crossings=3)
     orbital = 2 * math.pi / found.period
-    images = kc.isoradials(SPOT, [8.0], 3, 1440, time=True)
+    images = kc.isoradials(SPOT, [8.0], 3, 1440)
     sums = np.array([direct_sum(curve, orbital, found.time) for curve in images])
     shares = sums[..., 0]
     centroid = sums[..., 1:4].sum(axis=0)
@@ -190,7 +190,7 @@ def test_errors_of_events_are_honest(camera, orbit):
     found = kc.light_curve(camera, orbit, 1, crossings=3)
     assert found.certified and len(found.events) == 4
     orbital = 2 * math.pi / found.period
-    curves = {curve.crossing: curve for curve in kc.isoradials(camera, [orbit], 3, 6000, time=True)}
+    curves = {curve.crossing: curve for curve in kc.isoradials(camera, [orbit], 3, 6000)}
     for event in found.events:
         assert event.error < 1e-7 and event.sky_error < 1e-5
         true = extremes(curves[event.crossing], orbital, event.kind)

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from kerrcaustics.extended_sources.nested_discs import RoundSource, integrated
+from kerrcaustics.extended_sources.nested_discs import RoundSource, integrated, radii_for
 from kerrcaustics.extended_sources.profiles import checked_profile
 
 
@@ -44,20 +44,27 @@ def light(area, brightness, radii):
 @pytest.mark.parametrize("kind", AREAS)
 def test_errors_of_the_sum_over_radii_are_honest_and_small(kind):
     radii, area = AREAS[kind]
-    whole, wanted = area(1.0), 1e-6
+    whole, discs = area(1.0), []
     for name, profile in PROFILES.items():
         brightness = checked_profile(profile)
-        source = RoundSource(1.0, True, brightness)
-        (total,), (error,) = integrated(
-            lambda x: (np.array([area(math.sin(x))]), np.zeros(1)),
-            (np.array([whole]), np.zeros(1)),
-            source,
-            np.arcsin(np.array(radii)),
-            np.array([wanted]),
-        )
-        # The rings are good to 3e-8.
-        assert abs(total - light(area, brightness, radii)) < error + 3e-8 * total, name
-        assert 0 < error <= wanted, name
+        source, exact = RoundSource(1.0, True, brightness), light(area, brightness, radii)
+        for wanted in (0.1, 1e-3, 1e-6):
+            taken = []
+            (total,), (error,) = integrated(
+                lambda x, taken=taken: (np.array([area(taken.append(x) or math.sin(x))]), np.zeros(1)),
+                (np.array([whole]), np.zeros(1)),
+                source,
+                np.arcsin(np.array(radii)),
+                np.array([wanted]),
+                radii_for(wanted),
+            )
+            # The rings are good to 3e-8.
+            assert abs(total - exact) < error + 3e-8 * total, (name, wanted)
+            assert 0 < error <= wanted, (name, wanted)
+            discs.append(len(taken))
+    # The looser the tolerance, the fewer discs.
+    by_tolerance = np.sum(np.reshape(discs, (len(PROFILES), -1)), axis=0)
+    assert (np.diff(by_tolerance) > 0).all()
 
 
 def test_errors_of_areas_enter_by_the_steps_of_the_profile():

@@ -70,34 +70,6 @@ def test_links_lead_somewhere(page):
         assert not anchor or anchor in anchors(file), link
 
 
-# Rows of the README's table, with those of the table of the study: the number there, and in which unit.
-MEASURED = {
-    "the end of a ray": ("accuracy", "closed-form", 1, 1.0),
-    "a beam": ("cost", "+ index", 0, 1.0),
-    "the first three caustics": ("cost", "three caustics", 1, 1e-3),
-    "the first star": ("cost", "first star", -4, 1.0),
-    "all images": ("cost", "one more star", 1, 1e-3),
-    "tracks": ("cost", "tracks of a star", 1, 1e-3),
-    "a light curve": ("cost", "light curve, 1,000 times", 1, 1e-3),
-    "a picture of a disk": ("cost", "frame of a disk", 1, 1e-3),
-}
-
-
-def numbers_of(label, page):
-    """The numbers of the rows of a page's table that begin with a label, row after row."""
-    rows = [line.split("|")[1:-1] for line in page.splitlines() if line.startswith("|")]
-    cells = [cell.split() for row in rows if row[0].strip().startswith(label) for cell in row[1:]]
-    return [float(words[0].replace("%", "")) for words in cells if words and re.match(r"[\d.]+", words[0])]
-
-
-def test_numbers_of_the_readme_are_those_of_the_studies():
-    readme = (ROOT / "README.md").read_text(encoding="utf-8").partition("## What it does")[2]
-    for label, (table, row, place, unit) in MEASURED.items():
-        (shown,) = numbers_of(label, readme)
-        measured = numbers_of(row, (ROOT / "docs" / "tables" / f"{table}.md").read_text(encoding="utf-8"))
-        assert shown == pytest.approx(measured[place] * unit, rel=0.05), label
-
-
 def test_links_are_found():
     assert sum(len(links(page)) for page in PAGES) > 100
 

@@ -85,10 +85,9 @@ def test_command_line_refuses_bad_planes(capsys):
     assert code == 2 and "--star must have an r larger than the horizon" in err
 
 
-@pytest.mark.parametrize(("engine", "tolerance", "complaint"), [("best", 1e-12, "engine"), ("auto", 1.0, "tolerance")])
-def test_caustics_in_the_plane_have_engine_and_tolerance(engine, tolerance, complaint):
-    with pytest.raises(ValueError, match=f"Argument `{complaint}` must"):
-        kc.caustics(CAMERA, 1, engine, tolerance, end=kc.EquatorialPlane(2))
+def test_caustics_in_the_plane_have_an_engine():
+    with pytest.raises(ValueError, match="Argument `engine` must"):
+        kc.caustics(CAMERA, 1, "best", end=kc.EquatorialPlane(2))
 
 
 @pytest.mark.slow
@@ -262,15 +261,14 @@ def test_sections_of_tubes_are_the_curves_found_directly():
 
 @pytest.mark.slow
 def test_caustics_in_the_plane_by_the_engine_asked_for():
-    """The integrator finds the same curves; its errors are of the size that was asked for."""
+    """The integrator finds the same curves, with errors of its own."""
     end = kc.EquatorialPlane(2)
-    usual, other = kc.caustics(CAMERA, 2, end=end), kc.caustics(CAMERA, 2, "integrated", 1e-8, end=end)
+    usual, other = kc.caustics(CAMERA, 2, end=end), kc.caustics(CAMERA, 2, "integrated", end=end)
     assert "closed-form" in usual.engine and other.engine == "integrated" and usual.beams > 0 < other.beams
-    assert (usual.tolerance, other.tolerance) == (1e-12, 1e-8)
     assert len(usual) == len(other) == 2
     for one, two in zip(usual, other, strict=True):
         assert (one.order, one.ends) == (two.order, two.ends) and one.lost == two.lost == 0
-        assert two.error > 10 * one.error
+        assert two.error != one.error
         # The points are those of one grid.
         np.testing.assert_allclose(two.place, one.place, rtol=1e-5, atol=1e-5)
         assert two.r_min == pytest.approx(one.r_min, rel=1e-7) and two.r_max == pytest.approx(one.r_max, rel=1e-7)

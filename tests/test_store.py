@@ -57,7 +57,7 @@ def test_travels_between_processes(caustics):
 def test_record_follows_the_schema(caustics):
     text = json.dumps(kc.record(caustics, points=True), allow_nan=False)
     entry = json.loads(text)
-    assert entry["schema"] == "kerrcaustics/caustics/1"
+    assert entry["schema"] == "kerrcaustics/caustics/2"
     assert {"spin", "radius", "inclination_deg", "velocity", "engine", "seconds", "beams", "curves"} <= entry.keys()
     for found, curve in zip(entry["curves"], caustics, strict=True):
         assert found["phi_extent_deg"] == pytest.approx(math.degrees(curve.phi_extent), abs=1e-12)

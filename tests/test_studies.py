@@ -51,6 +51,17 @@ SETTINGS = {
         "finest": (16, 64),
         "rounds": 1,
     },
+    # One result of each module.
+    "error_time": {
+        "results": tuple(
+            result
+            for result in STUDIES.module("error_time.main").RESULTS
+            if result.line in ("ray", "pair events", "light curve, spot", "isoradials", "frame of rays alone")
+        ),
+        "sizes": STUDIES.module("error_time.points").Sizes(
+            repeats=1, directions=64, tolerances=(1e-12,), times=4, spot_points=256, pixels=18, side=5
+        ),
+    },
     "extended_sources": {"count": 2},
     "far_camera": {
         "spins": (0.1, 0.2, 0.3, 0.4),
@@ -82,6 +93,7 @@ SETTINGS = {
         "patience": math.inf,
         "gaps": (0.1, 1e-9),
         "heights": (1.0,),
+        "distances": (math.inf, 1e-6),
     },
     "waves": {"cases": 6},
 }
@@ -119,6 +131,17 @@ def check_cost(entry):
 def check_disk_checks(entry):
     assert [one["verdict"] for one in entry["checks"]] == ["holds"] * 20
     assert all(one["error"] < 0.05 for one in entry["work"] if one["method"] == "beams at nodes")
+
+
+def check_error_time(entry):
+    points = {(one["line"], one["setting"]): one for one in entry["points"]}
+    assert len(points) == 11 and all(one["seconds"] > 0 for one in points.values())
+    # Of rays alone nothing is reported.
+    assert all((one["ratio"] is None) == (one["family"] == "pictures") for one in points.values())
+    assert points["ray", "closed form"]["error"] < 1e-13 and points["pair events", "one more star"]["ratio"] < 1
+    assert points["isoradials", "90 points"]["ratio"] < 1 and points["light curve, spot", "256 points"]["error"] < 1e-4
+    rays = [points["frame of rays alone", f"{count} a pixel"]["error"] for count in (1, 4, 16)]
+    assert rays == sorted(rays, reverse=True) and rays[2] > 1e-3
 
 
 def check_extended_sources(entry):
@@ -164,7 +187,9 @@ def check_stability(entry):
     for row in entry["problems"]:
         assert (row["verdict"], row["faults"]) in [("ok", []), ("honest", [])]
         assert row["truths"] == 1 and row["escaped"] > 0
-    assert len(entry["map"]) == 2 and all(0 < cell["ratio"] < 10 for cell in entry["map"])
+        assert row["shown"]["escaped"] == str(row["escaped"])
+    assert [cell["distance"] for cell in entry["map"]] == [None, None, 1e-6, 1e-6]
+    assert all(0 < cell["ratio"] < 10 for cell in entry["map"])
 
 
 CHECKS = {
@@ -172,6 +197,7 @@ CHECKS = {
     "adversary": check_adversary,
     "astroids": check_astroids,
     "disk_checks": check_disk_checks,
+    "error_time": check_error_time,
     "extended_sources": check_extended_sources,
     "fit": check_fit,
     "near_sources": check_near_sources,
@@ -265,7 +291,7 @@ def test_command_runs_a_study_and_names_its_files(tmp_path, capsys, monkeypatch)
 
 def test_unknown_study_is_one_line_and_status_2(assert_refused):
     names = (
-        "accuracy, adversary, astroids, cost, disk_checks, extended_sources, far_camera, fit, inclination, "
+        "accuracy, adversary, astroids, cost, disk_checks, error_time, extended_sources, far_camera, fit, inclination, "
         "near_sources, open_questions, orders, spin_radius, stability, waves"
     )
     assert_refused(["study", "alchemy"], f"must be one of {names}, but is alchemy")
@@ -281,7 +307,8 @@ def test_the_secondary_caustic_winds_where_the_study_says():
     study = STUDIES.load("spin_radius")
     found = study.winding(0.999, 1)
     # Another program has 1.013 circuits at r = 2.6: 364.60 degrees, and 0.731 at 6.03.
-    assert 2.6 < found.radius < 3.0 and found.error < 1e-7
+    assert 2.6 < found.radius < 3.0 and found.error < 1e-7 and found.confirmed
+    assert not study.is_met(0.999, found.radius + 0.01, (1.0, math.inf)) and not study.is_met(0.999, 2.6, (0.0, 1.0))
     for side in (-1, 1):
         circuits = study.secondary_circuits(0.999, found.radius + 10 * side * found.error)[0]
         assert math.copysign(1, circuits - 1) == -side

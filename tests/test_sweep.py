@@ -68,7 +68,6 @@ def test_scene_file_says_all(tmp_path):
         curve_points = 16
         map_rows = 6
         directions = 100
-        tolerance = 1e-9
         block = 3
     """
     scene = kc.read_scene(written(tmp_path, text))
@@ -85,7 +84,6 @@ def test_scene_file_says_all(tmp_path):
         16,
         6,
         100,
-        1e-9,
         3,
         "all",
     )
@@ -111,7 +109,6 @@ BAD = {
     "spin = 0.5\nradius = 3\ncompute = []": "compute must be a list of different quantities",
     "spin = 0.5\nradius = 3\ncompute = ['areas', 'areas']": "compute must be a list of different quantities",
     "spin = 0.5\nradius = 3\nvelocity = 'warp'": "velocity must be circular, fiducial or static, but is 'warp'.",
-    "spin = 0.5\nradius = 3\ntolerance = 1": "tolerance must be in [1e-14, 1e-2], but is 1",
     "spin = 0.5\nradius = 3\nblock = 0": "block must be from 1 to 10000, but is 0",
     "spin = [0.5, 1.0]\nradius = 3": "spin must be in [0, 1), but is 1.0",
     "spin = 0.5\nradius = -3": "radius must be more than 0 and finite, but is -3.0",

@@ -52,6 +52,7 @@ REFUSED = {
         (lambda: light_curve(kc.Spot(), max_index=1), "max_index"),
         (lambda: light_curve("point", size=-1.0), "size"),
     ],
+    "line_profile": [(lambda: kc.line_profile(CAMERA, 4.0, 8.0, tolerance=0.1, radii=8, turns=8), "tolerance")],
     "ring_visibility": [(lambda: kc.ring_visibility(RINGS, 1.0, 0.0, motion="plunging"), "motion")],
     "tone_mapped": [(lambda: kc.pictures.tone_mapped(LIGHT, softening=30.0), "softening")],
     "auto_exposure": [(lambda: kc.pictures.auto_exposure(LIGHT, softening=10.0), "softening")],
@@ -89,7 +90,7 @@ REFUSED = {
 ALL_USED = {
     "Beams", "Camera", "Caustic", "Checkerboard", "Disk", "Orbit", "OrbitingSpots", "Panorama", "Rays", "StarField",
     "Spot", "StarImages", "TurnedSky", "View", "Volume", "celestial_picture", "clipped_fraction", "explore",
-    "isoradials", "line_profile", "ray_paths", "render_volume", "trace_beams", "trace_rays",
+    "isoradials", "ray_paths", "render_volume", "trace_beams", "trace_rays",
 }  # fmt: skip
 
 

@@ -306,10 +306,10 @@ class Beams(Rays, Ellipses):
         return np.sign(self.determinant)
 
     def pulled_back(self, sky: np.ndarray, displacement: np.ndarray) -> np.ndarray:
-        """Tangents (n, 3) of the camera sky at sky (n, 3) that the beams take to displacements (n, 2) at their ends."""
-        (a, b), (c, d) = np.moveaxis(self.jacobian, 0, -1)
-        first, second = displacement.T
+        """Tangents (..., 3) of the camera sky at sky (..., 3) that beams take to displacements (..., 2) at the end."""
+        (a, b), (c, d) = np.moveaxis(self.jacobian, (-2, -1), (0, 1))
+        first, second = displacement[..., 0], displacement[..., 1]
         with np.errstate(divide="ignore", invalid="ignore"):
             u, v = np.stack([d * first - b * second, a * second - c * first]) / (a * d - b * c)
             e_1, e_2 = tangent_basis(sky)
-            return u[:, None] * e_1 + v[:, None] * e_2
+            return u[..., None] * e_1 + v[..., None] * e_2

@@ -1,6 +1,5 @@
 """Calls of the engines: one kernel for each request, or a GPU for many rays."""
 
-from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -37,9 +36,7 @@ def integrate(
     camera: Viewer, sky: np.ndarray, refinement: np.ndarray, tolerance: float, end: End, outputs: RayOutputs
 ) -> RayEnd[np.ndarray]:
     """Rays integrated once, each with its steps shorter by its refinement; neighbours should be of similar work."""
-    # Rays follow their beams there, for their errors: one kernel serves both.
-    name = f"integrated_{_request(replace(outputs, beams=True))}"
-    return _kernel_value(name, camera, [sky, refinement], end, tolerance).only(outputs)
+    return _kernel_value(f"integrated_{_request(outputs)}", camera, [sky, refinement], end, tolerance).only(outputs)
 
 
 def deep_ends(

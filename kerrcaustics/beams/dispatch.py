@@ -15,6 +15,8 @@ from kerrcaustics.spacetime.frame import photon_of
 from kerrcaustics.spacetime.viewer import Viewer
 
 _MAX_ROUNDS = 5
+# Parts of a radian of arc by which rays are sorted, and the most of them in a small integer.
+_PARTS, _MOST_PARTS = 8, 32767
 # A plain number: NumPy takes four times as long for those of an enum.
 _CAPTURED = int(Status.CAPTURED)
 
@@ -74,7 +76,7 @@ def _by_integrator(
     camera: Viewer, sky: np.ndarray, tolerance: float, end: End, outputs: RayOutputs
 ) -> RayEnd[np.ndarray]:
     """All rays, sorted by work into batches; rays whose error is too large are traced again in shorter steps."""
-    order = np.argsort(calls.work(camera, sky, end), kind="stable")
+    order = _by_work(calls.work(camera, sky, end))
     sky, end = sky[order], end.rows(order)
     refinement = np.ones(len(sky))
     ends = calls.integrate(camera, sky, refinement, tolerance, end, outputs)
@@ -94,4 +96,11 @@ def _by_integrator(
         ends.replace_rows(inaccurate[better], refined.rows(better))
         # If shorter steps do not halve the error, round-off dominates.
         refinement[inaccurate[~(after < before / 2)]] = 0
-    return ends.rows(np.argsort(order, kind="stable"))
+    places = np.empty_like(order)
+    places[order] = np.arange(len(order))
+    return ends.rows(places)
+
+
+def _by_work(work: np.ndarray) -> np.ndarray:
+    """The order of rays by their work, in whole parts of a step: NumPy sorts small integers several times as fast."""
+    return np.argsort(np.fmin(_PARTS * work, _MOST_PARTS).astype(np.int16), kind="stable")

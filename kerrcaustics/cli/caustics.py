@@ -42,7 +42,6 @@ def caustics(
     camera: CameraOptions,
     orders: Orders = 3,
     engine: EngineName = "auto",
-    tolerance: float = 1e-12,
     figure: FileName | None = None,
     save: FileName | None = None,
     source: SourceOptions = SKY_SOURCES,
@@ -59,8 +58,6 @@ def caustics(
         Number of caustics: 1 for the primary alone, 2 to add the secondary, 3 to add the tertiary, and so on.
     engine
         Engine that traces the beams.
-    tolerance
-        Requested error of a beam, radians.
     figure
         Save a plot of the caustics to this file: .png, .pdf or .svg.
     save
@@ -80,7 +77,7 @@ def caustics(
         from kerrcaustics.results import storage
         from kerrcaustics.results.records import record
 
-        curves = find(viewer, orders, engine, tolerance, progress=report, end=end)
+        curves = find(viewer, orders, engine, progress=report, end=end)
     common.write(record(curves, points=points), None if points else 2)
     if save is not None:
         storage.save(save, curves)

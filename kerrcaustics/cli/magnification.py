@@ -64,6 +64,7 @@ def magnification(
     profile: str = "uniform",
     max_index: MaxIndex = 2,
     power: float = 0.0,
+    tolerance: float = 1e-6,
     figure: FileName | None = None,
     save: FileName | None = None,
     source: SourceOptions = SKY_SOURCES,
@@ -86,6 +87,9 @@ def magnification(
     power
         The light scales as the frequency ratio to this power: 0 for the magnification alone, 4 for the light of all
         frequencies.
+    tolerance
+        Relative error of the light that is aimed at, 1e-9 to 0.1. A larger one saves time with stars that are not
+        uniform.
     figure
         Save a plot of the images of the star among the critical curves to this file: .png, .pdf or .svg.
     save
@@ -107,7 +111,7 @@ def magnification(
 
         if end == math.inf:
             check_degrees("--size", size, *extended.SIZES)
-        shown = {"profile": shade, "max_index": max_index, "power": power, "end": end}
+        shown = {"profile": shade, "max_index": max_index, "power": power, "end": end, "tolerance": tolerance}
         result = extended.magnification(viewer, place, wide, **shown, progress=report)
         ratios = _ratios(result, place, wide, shown)
         seconds = time.perf_counter() - began

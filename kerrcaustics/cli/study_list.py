@@ -18,7 +18,7 @@ class StudyLine:
     name: of its folder.
     question: it answers this one (empty if its main.py has none).
     seconds: run time on two cores (None if its main.py has none).
-    quick_seconds: the same with --quick.
+    quick_seconds: processor time with --quick.
     """
 
     name: str
@@ -49,7 +49,7 @@ def study_list() -> str:
     ]
     total = sum(line.seconds or 0 for line in lines)
     quick = sum(line.quick_seconds or 0 for line in lines)
-    head = f"Studies, run time on two cores, and with --quick (all: {_in_words(total)}, {_in_words(quick)}):"
+    head = f"Studies, their times on two cores, and with --quick (all: {_in_words(total)}, {_in_words(quick)}):"
     return "\n".join([head, *texts]) if texts else ""
 
 

@@ -106,14 +106,13 @@ class Caustic(Shown):
         return self.phi_extent / (2 * math.pi)
 
 
-@result("caustics/1", record="camera surface engine tolerance seconds beams versions missing certified remarks curves")
+@result("caustics/2", record="camera surface engine seconds beams versions missing certified remarks curves")
 class CausticSet(Items[Caustic]):
     """The caustics of one camera, primary first: a sequence, with a record of the computation."""
 
     curves: tuple[Caustic, ...] = quantity("order", "", "the caustics", column="")
     camera: Viewer = declared.viewer()
     engine: str = quantity("", "", "engine that traced the beams")
-    tolerance: float = quantity("", "rad", "requested error of a beam", json="tolerance_rad")
     seconds: float = quantity("", "s", "time it took")
     beams: int = quantity("", "1", "beams traced")
     versions: dict[str, str] = quantity("", "", "versions of the packages used")

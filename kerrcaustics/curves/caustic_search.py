@@ -16,7 +16,7 @@ from kerrcaustics.curves.features import Features, find_features
 from kerrcaustics.curves.plane_caustics import plane_caustics
 from kerrcaustics.lens_map.domains import Domain, Ring, search_surface
 from kerrcaustics.lens_map.lens_map import SearchMap
-from kerrcaustics.lens_map.search_sky import shown_line_of_sight
+from kerrcaustics.lens_map.search_sky import TOLERANCE, shown_line_of_sight
 from kerrcaustics.results.declared import usual_warnings
 from kerrcaustics.results.progress import Progress, report, with_progress
 from kerrcaustics.spacetime.checks import whole_number
@@ -31,7 +31,6 @@ def caustics(
     camera: Viewer,
     orders: int = 3,
     engine: str = "auto",
-    tolerance: float = 1e-12,
     *,
     end: Wherever | End = math.inf,
     progress: Progress | bool | None = None,
@@ -45,8 +44,8 @@ def caustics(
     orders : int
         Number of orders, 1 to 10. Double precision reaches order 7 or 8 on the retrograde side; orders beyond it are in
         `CausticSet.missing`.
-    engine, tolerance
-        As for `trace_beams`; tolerance is the requested error of a beam in radians.
+    engine
+        As for `trace_beams`. Beams are traced to 1e-12 rad: larger errors would save no time.
     end : float, Sphere or EquatorialPlane
         Surface of the sources: math.inf, the celestial sphere, or the radius of a sphere, further out than the camera
         or further in. The caustic on a sphere consists of the k-th conjugate points of rays there: it is the section of
@@ -82,17 +81,16 @@ def caustics(
     >>> primary.kind, len(primary.cusps), primary.error < 1e-9
     ('astroid', 4, True)
     """
-    check_request(camera, engine, tolerance)
+    check_request(camera, engine, TOLERANCE)
     check_orders(orders)
     surface = search_surface(camera, end)
     began = time.perf_counter()
-    search_map = SearchMap.for_viewer(camera, surface, engine, tolerance)
+    search_map = SearchMap.for_viewer(camera, surface, engine)
     curves, beams, engines, missing = _found_on(search_map.domain, camera, search_map, int(orders))
     return CausticSet(
         curves,
         camera=camera,
         engine=" and ".join(sorted(engines)),
-        tolerance=search_map.tolerance,
         seconds=time.perf_counter() - began,
         beams=beams,
         versions={name: _version(name) for name in ("kerrcaustics", "numpy")},

@@ -38,7 +38,7 @@ class SpotFrames:
         self._each = 1.0 if scale is None else scale.time_unit[1]
         self.times = light.time.min() + light.period * np.arange(frames) / frames
         self._orbital = float(EMITTERS[light.motion](light.camera.spin, light.radius, 0.0).orbital)
-        curves = isoradials(light.camera, [light.radius], len(light.shares), ORBIT_POINTS, light.motion, time=True)
+        curves = isoradials(light.camera, [light.radius], len(light.shares), ORBIT_POINTS, light.motion)
         self._rings = [(curve.crossing, *_ring(curve, self._orbital, light)) for curve in curves]
         self._brightest = max(float(np.quantile(ring[3], 0.99)) for ring in self._rings)
         order = np.argsort(light.time)
@@ -104,7 +104,6 @@ def _ring(
     curve: Isoradial, orbital: float, light: LightCurve
 ) -> tuple[Float[Array, "n 2"], Float[Array, " n"], Float[Array, " n-1"]]:
     """A closed image of the orbit: its points, its phase phi + Omega T, and the light of the spot where it is there."""
-    assert curve.time is not None
     sky = np.append(curve.sky, curve.sky[:1], axis=0)
     gained = _TURN * np.round((curve.azimuth[-1] - curve.azimuth[0]) / _TURN)
     azimuth = np.append(curve.azimuth, curve.azimuth[0] + gained)

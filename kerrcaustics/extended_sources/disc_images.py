@@ -6,7 +6,7 @@ import numpy as np
 
 from kerrcaustics.beams.ends import End
 from kerrcaustics.extended_sources.arcs.area import Weight
-from kerrcaustics.extended_sources.arcs.image_areas import DiscImages
+from kerrcaustics.extended_sources.arcs.image_areas import AREA_TOLERANCE, DiscImages
 from kerrcaustics.extended_sources.charts.chart_method import disc_images_on_charts, touching_radii_on_charts
 from kerrcaustics.extended_sources.charts.contours import GIVEN_UP
 from kerrcaustics.extended_sources.sheets.nearby_caustics import touching_radii
@@ -34,6 +34,7 @@ def disc_images(
     weight: Weight | None = None,
     *,
     nested: bool = False,
+    tolerance: float = AREA_TOLERANCE,
 ) -> DiscImages:
     """The images of a disc, by the first method that certifies them.
 
@@ -53,13 +54,18 @@ def disc_images(
         Weight of the area on the viewer's sky.
     nested : bool
         True for a disc within one that has been measured: in the plane fewer places in it are checked.
+    tolerance : float
+        Requested relative error of the area.
     """
 
     def sheet_method(radius: float) -> DiscImages:
-        return disc_images_on_sheets(viewer, surface, centre, radius, max_index, weight).uncertified_unless_known()
+        disc = disc_images_on_sheets(viewer, surface, centre, radius, max_index, weight, tolerance)
+        return disc.uncertified_unless_known()
 
     def chart_method(radius: float) -> DiscImages:
-        disc = disc_images_on_charts(viewer, surface, centre, radius, max_index, weight, nested=nested)
+        disc = disc_images_on_charts(
+            viewer, surface, centre, radius, max_index, weight, nested=nested, tolerance=tolerance
+        )
         return disc.uncertified_unless_known()
 
     # The methods are independent: one may certify a disc that the other cannot.

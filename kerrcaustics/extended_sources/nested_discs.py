@@ -9,8 +9,9 @@ area of the source is integrated exactly.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -24,9 +25,8 @@ Array = np.ndarray
 Columns = Callable[[float], tuple[Array, Array]]
 """Quantities of the disc of radius sin x, (columns,), and their errors."""
 
-# Radii in each range between kinks, and the matrix from values there to a series of Legendre's polynomials.
-_NODES = legendre.leggauss(8)[0]
-_SERIES = np.linalg.inv(legendre.legvander(_NODES, len(_NODES) - 1))
+# Numbers of radii in each range between kinks, by the least relative tolerance for which they are taken.
+_COUNTS = ((1e-2, 5), (1e-4, 6), (0.0, 8))
 # Terms of series over which the truncation error is summed.
 _TERMS = 40
 # Largest ratio of successive terms that the estimate allows: terms of kinks fall slowly.
@@ -109,11 +109,30 @@ class _RadiusRange:
         )
 
 
+class _Rule(NamedTuple):
+    """Nodes of a range, from -1 to 1, and the matrix from values there to a series of Legendre's polynomials."""
+
+    nodes: Float[Array, " nodes"]
+    to_series: Float[Array, "nodes nodes"]
+
+
+@cache
+def _rule(count: int) -> _Rule:
+    nodes = legendre.leggauss(count)[0]
+    return _Rule(nodes, np.linalg.inv(legendre.legvander(nodes, count - 1)))
+
+
+def radii_for(tolerance: float) -> int:
+    """The number of radii in each range between kinks for a relative tolerance of the light."""
+    return next(count for least, count in _COUNTS if tolerance >= least)
+
+
 @dataclass(frozen=True, eq=False)
 class _RangeColumns:
     """Values of columns at the nodes of a range, their errors, and the profile."""
 
     range: _RadiusRange
+    rule: "_Rule"
     values: Float[Array, "nodes columns"]
     errors: Float[Array, "nodes columns"]
     brightness: Brightness
@@ -140,17 +159,17 @@ class _RangeColumns:
     @cached_property
     def series(self) -> Float[Array, "nodes columns"]:
         """Coefficients of the columns."""
-        return _SERIES @ self.values
+        return self.rule.to_series @ self.values
 
     @property
     def integral(self) -> Float[Array, " columns"]:
         """Integrals of the columns with dI."""
-        return self.moments[: len(_NODES)] @ self.series
+        return self.moments[: len(self.rule.nodes)] @ self.series
 
     @property
     def error(self) -> Float[Array, " columns"]:
         """Errors of the integral by those of the columns, and by the residual of the profile."""
-        own = np.abs(self.moments[: len(_NODES)] @ _SERIES) @ self.errors
+        own = np.abs(self.moments[: len(self.rule.nodes)] @ self.rule.to_series) @ self.errors
         ends, residual = self._panels
         grown = np.abs(np.diff(legendre.legval(ends, self.series), axis=-1))
         return own + grown @ residual
@@ -158,14 +177,16 @@ class _RangeColumns:
     @cached_property
     def truncation(self) -> Float[Array, " columns"]:
         """Errors of the integral by the missing terms of the series, which are assumed to fall as the last ones do."""
-        size, count = np.abs(self.series), len(_NODES)
+        size, nodes, to_series = np.abs(self.series), self.rule.nodes, self.rule.to_series
+        count = len(nodes)
         last, before, largest = size[-2:].max(axis=0), size[-4:-2].max(axis=0), size.max(axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
             fall = np.sqrt((last / before) ** 0.5 * (last / largest) ** (1 / (count - 1)))
         fall = np.clip(np.nan_to_num(fall), 0, _SLOWEST)
         more = np.arange(count, _TERMS)
         # At the nodes a missing term has the values of a sum of the terms in the series (aliasing).
-        lacking = self.moments[more] - self.moments[:count] @ _SERIES @ legendre.legvander(_NODES, _TERMS - 1)[:, more]
+        aliased = to_series @ legendre.legvander(nodes, _TERMS - 1)[:, more]
+        lacking = self.moments[more] - self.moments[:count] @ aliased
         return _MARGIN * np.abs(lacking) @ (last * fall ** (more[:, None] - (count - 1)))
 
 
@@ -175,6 +196,7 @@ def integrated(
     source: RoundSource,
     kinks: Float[Array, " kinks"],
     tolerance: Float[Array, " columns"],
+    radii: int = 8,
 ) -> tuple[Float[Array, " columns"], Float[Array, " columns"]]:
     """The light of the images of a source by columns, and its errors.
 
@@ -188,7 +210,10 @@ def integrated(
         Angles x, 0 to pi / 2, next to which the columns are not smooth.
     tolerance : (columns,) array
         Truncation errors at which ranges between kinks are not halved any further.
+    radii : int
+        Number of radii in each range.
     """
+    rule = _rule(radii)
     of_area = whole[0] / source.area(np.array([math.pi / 2]))
     ends = np.unique(np.concatenate([[0.0], kinks, [math.pi / 2]]))
     dense = np.isin(ends, kinks).tolist()
@@ -196,7 +221,7 @@ def integrated(
     ranges = [_RadiusRange(*pair, *dense[i : i + 2]) for i, pair in enumerate(pairwise(ends.tolist()))]
     light, own, missing = np.zeros((3, len(of_area)))
     for _ in in_steps("pass over the disc", range(1 + max(_MOST_RANGES - len(ranges), 0))):
-        parts += [_range_columns(columns, of, source, of_area) for of in ranges]
+        parts += [_range_columns(columns, of, source, of_area, rule) for of in ranges]
         light = source.light * of_area - np.sum([part.integral for part in parts], axis=0)
         own = source.brightness.at_limb * whole[1] + np.sum([part.error for part in parts], axis=0)
         lost = np.array([part.truncation for part in parts])
@@ -211,10 +236,10 @@ def integrated(
 
 
 def _range_columns(
-    columns: Columns, of: _RadiusRange, source: RoundSource, of_area: Float[Array, " columns"]
+    columns: Columns, of: _RadiusRange, source: RoundSource, of_area: Float[Array, " columns"], rule: "_Rule"
 ) -> _RangeColumns:
     """The columns at the nodes of a range, less the part proportional to the area of the source."""
-    x = of.x(_NODES)
+    x = of.x(rule.nodes)
     rows = [columns(one) for one in in_steps("ring of the disc", x.tolist())]
     values, errors = (np.array(part) for part in zip(*rows, strict=True))
-    return _RangeColumns(of, values - source.area(x)[:, None] * of_area, errors, source.brightness)
+    return _RangeColumns(of, rule, values - source.area(x)[:, None] * of_area, errors, source.brightness)

@@ -7,7 +7,7 @@ from kerrcaustics.beams.ends import SKY, End
 from kerrcaustics.lens_map.domains import domain_of
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import numbers, quoted, whole_number
+from kerrcaustics.spacetime.checks import numbers, quoted, real_number, whole_number
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
@@ -20,6 +20,14 @@ _DIRECT = "stars are seen directly, by images of index 0, at infinite (alpha, be
 def checked_index(max_index: object) -> int:
     """The argument `max_index`; ValueError unless it is valid."""
     return whole_number("max_index", max_index, 0, HIGHEST_INDEX)
+
+
+def checked_tolerance(tolerance: object, least: float, most: float) -> float:
+    """The argument `tolerance`; ValueError unless it lies in a range."""
+    number = real_number("tolerance", tolerance)
+    if not least <= number <= most:
+        raise ValueError(f"Argument `tolerance` must lie in [{least:g}, {most:g}], but is {quoted(tolerance)}.")
+    return number
 
 
 def checked_place(name: str, place: object, viewer: Viewer, surface: End = SKY) -> tuple[float, float]:

@@ -176,7 +176,6 @@ def _describe(store: LocalStore | MemoryStore, scene: Scene) -> None:
         "version": version("kerrcaustics"),
         "title": scene.title,
         "engine": "auto",
-        "tolerance": scene.tolerance,
         "scene": json.dumps(scene.record()),
         "description": "Caustics of Kerr black holes. The camera is at phi' = 0; phi' is unwrapped.",
     }

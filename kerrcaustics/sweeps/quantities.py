@@ -101,7 +101,7 @@ def computed(scene: Scene, spin: float, radius: float, inclination: float) -> di
     camera = Camera(spin, radius, math.radians(inclination), scene.velocity)
     values: dict[str, Array] = {}
     if {"geometry", "cusps", "areas", "curves"} & set(scene.compute):
-        by_order = {caustic.order: caustic for caustic in caustics(camera, scene.orders, tolerance=scene.tolerance)}
+        by_order = {caustic.order: caustic for caustic in caustics(camera, scene.orders)}
         curves = [by_order.get(order) for order in range(1, scene.orders + 1)]
         for name, compute in (("geometry", _geometry), ("cusps", _cusps), ("areas", _areas), ("curves", _curves)):
             if name in scene.compute:
@@ -212,7 +212,7 @@ def _magnification(scene: Scene, camera: Camera) -> dict[str, Array]:
     z = 1 - (2 * number + 1) / scene.directions
     across = np.sqrt(1 - z**2)
     sky = np.stack([across * np.cos(_GOLDEN * number), across * np.sin(_GOLDEN * number), z], axis=-1)
-    beams = beams_of_directions(camera, sky, "auto", scene.tolerance, crossings=False, redshift=False)
+    beams = beams_of_directions(camera, sky, "auto", crossings=False, redshift=False)
     parts = []
     for part in (slice(None), *(slice(first, None, 4) for first in range(4))):
         escaped = np.asarray(beams.escaped)[part]

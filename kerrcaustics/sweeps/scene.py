@@ -58,7 +58,6 @@ class Scene(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     curve_points: maximum number of stored points per curve.
     map_rows: rows of the maps of image counts, from pole to pole; there are twice as many columns.
     directions: directions on the camera sky for the statistics of the magnification.
-    tolerance: target error of a beam, in radians.
     block: number of radii computed together and stored in one chunk.
     title: for readers.
     """
@@ -72,7 +71,6 @@ class Scene(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     curve_points: int = 256
     map_rows: int = 32
     directions: int = 8192
-    tolerance: float = 1e-10
     block: int = 8
     title: str = ""
 
@@ -162,7 +160,5 @@ def _about_entries(scene: Scene) -> Iterator[Complaint]:
         yield "compute", "a list of different quantities", list(scene.compute)
     if "counts" in scene.compute and scene.orders > HIGHEST_COUNTED:
         yield "orders", f"{HIGHEST_COUNTED} at most where counts are computed", scene.orders
-    if not 1e-14 <= scene.tolerance <= 1e-2:
-        yield "tolerance", "in [1e-14, 1e-2]", scene.tolerance
     if math.prod(scene.shape) > MOST_POINTS:
         yield "the number of points", f"{MOST_POINTS} at most", math.prod(scene.shape)

@@ -23,7 +23,7 @@ from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.progress import Progress, in_steps, with_progress
 from kerrcaustics.results.shown import Items, Shown
 from kerrcaustics.shapes import Float, Int
-from kerrcaustics.spacetime.checks import flags, one_of, whole_number
+from kerrcaustics.spacetime.checks import one_of, whole_number
 from kerrcaustics.spacetime.frame import photon_of
 from kerrcaustics.spacetime.shadow import even_phases
 from kerrcaustics.spacetime.viewer import Viewer
@@ -59,14 +59,13 @@ class Isoradial(Shown):
     width: Array = quantity("point", "sky", "length on the sky, across the curve, for a unit of radius")
     edge_phase: Array = quantity("point", "rad", "parameter of the shadow edge from which the point's line starts")
     closed: bool = quantity("", "1", "True where every line across the shadow edge meets the image once")
-    time: Array | None = quantity(
+    time: Array = quantity(
         "point",
         "GM/c^3",
         "travel time from the circle to the camera; for an Observer, that of a plane wave, minus r + 2 ln r of the "
-        "observer; None if not requested",
-        default=None,
+        "observer",
     )
-    time_error: Array | None = quantity("point", "GM/c^3", "estimated error of time; None if time is", default=None)
+    time_error: Array = quantity("point", "GM/c^3", "estimated error of time")
 
     def __repr__(self) -> str:
         """Summary in one line."""
@@ -95,7 +94,6 @@ def isoradials(
     points: int = 360,
     motion: str = "circular",
     *,
-    time: bool = False,
     progress: Progress | bool | None = None,
 ) -> IsoradialSet:
     """Images of circles in the equatorial plane: the rims of a disk's images, or any isoradials.
@@ -111,8 +109,6 @@ def isoradials(
         Number of lines across the shadow edge on which each image is searched for.
     motion : str
         Motion of the emitter there, for the redshift; an emitter of `EquatorialPlane`.
-    time : bool
-        Whether to compute the travel times.
     progress : callable or bool, optional
         As for `caustics`.
 
@@ -146,7 +142,6 @@ def isoradials(
     circles = checked_radii(camera, "radii", radii)
     crossings = whole_number("crossings", crossings, 1, 12)
     one_of("motion", motion, EMITTERS)
-    flags(time=time)
     count = whole_number("points", points, 8, 100_000)
     # No line lies in the plane, where a viewer does: along it no ray crosses the plane.
     edge_phase = even_phases(camera, (np.arange(count) + 0.5 * camera.on_equator) / count)
@@ -154,14 +149,14 @@ def isoradials(
     for crossing in in_steps("crossing", range(1, crossings + 1)):
         surface = EquatorialPlane(crossing, motion)
         for radius in in_steps("circle", circles.tolist()):
-            images, doubts = _images(camera, surface, radius, edge_phase, time=time)
+            images, doubts = _images(camera, surface, radius, edge_phase)
             curves += images
             remarks += [f"crossing {crossing}, r = {radius:.12g}: {doubt}" for doubt in doubts]
     return IsoradialSet(tuple(curves), not remarks, tuple(remarks))
 
 
 def _images(
-    viewer: Viewer, surface: EquatorialPlane, radius: float, edge_phase: Float[Array, " lines"], *, time: bool
+    viewer: Viewer, surface: EquatorialPlane, radius: float, edge_phase: Float[Array, " lines"]
 ) -> tuple[list[Isoradial], tuple[str, ...]]:
     """The image of a circle on lines: one closed curve, or an open one for each row of neighbours; and remarks."""
     if viewer.on_equator:
@@ -171,12 +166,12 @@ def _images(
         remarks = arcs.remarks
         points = None if arcs.distance is None else arcs.points_at(edge_phase)
         if points is not None and (points.index >= 0).all():
-            return [_curve(viewer, surface, radius, points, closed=True, time=time)], remarks
+            return [_curve(viewer, surface, radius, points, closed=True)], remarks
     rows, lost = _open_rows(viewer, surface, radius, edge_phase)
     remarks = (*remarks, *_remarks(len(rows), lost))
     # In the plane, a curve that every line meets once.
     closed = len(rows) == 1 and len(rows[0]) == len(edge_phase) and viewer.on_equator
-    return [_curve(viewer, surface, radius, row, closed=closed, time=time) for row in rows], remarks
+    return [_curve(viewer, surface, radius, row, closed=closed) for row in rows], remarks
 
 
 def _remarks(pieces: int, lost: int) -> tuple[str, ...]:
@@ -198,9 +193,7 @@ def _open_rows(
     return [points[row] for row in _rows(line, points.distance)], int((~near).sum())
 
 
-def _curve(
-    viewer: Viewer, surface: EquatorialPlane, radius: float, points: Crossings, *, closed: bool, time: bool
-) -> Isoradial:
+def _curve(viewer: Viewer, surface: EquatorialPlane, radius: float, points: Crossings, *, closed: bool) -> Isoradial:
     lens_map = LensMap(viewer, surface)
     seen = lens_map.light_at(points.sky)
     # The light comes from separate rays, as places on the viewer's sky are rounded.
@@ -221,8 +214,8 @@ def _curve(
         width=lens_map.sky.lengths(points.sky) / (radius * points.gradient),
         edge_phase=points.edge_phase,
         closed=closed,
-        time=light.time if time else None,
-        time_error=light.time_error if time else None,
+        time=light.time,
+        time_error=light.time_error,
     )
 
 

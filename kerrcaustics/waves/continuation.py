@@ -17,7 +17,7 @@ from kerrcaustics.images.images import star_images
 from kerrcaustics.images.sheets import Sheets
 from kerrcaustics.shapes import Complex, Float
 from kerrcaustics.spacetime.sphere import lengths, moved, polar_angle
-from kerrcaustics.waves.summed_images import delays_to_next, field_in_pairs
+from kerrcaustics.waves.summed_images import delays_to_next, field_in_pairs, unresolved_part
 from kerrcaustics.waves.uniform import cusp_field, cusp_parameters, fold_field, fold_parameters
 from kerrcaustics.waves.wave_images import WaveImages, wave_images
 from kerrcaustics.waves.wave_sources import WaveSource
@@ -71,11 +71,8 @@ class ContinuedRing:
         more, unsure = field_in_pairs(
             meeting.joined(self.rest[0]), np.arange(len(self.ring)) < len(meeting), omega, relative_error
         )
-        error = (
-            relative_error * np.maximum(size, np.abs(value))
-            + np.abs(value + one - fewer - other)
-            + meeting.error(omega)
-        )
+        in_doubt = relative_error + unresolved_part(self.ring, len(meeting), omega)
+        error = in_doubt * np.maximum(size, np.abs(value)) + np.abs(value + one - fewer - other) + meeting.error(omega)
         return value + more, error + unsure
 
     def _uniform_field(

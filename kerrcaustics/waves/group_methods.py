@@ -13,7 +13,13 @@ from kerrcaustics.spacetime.sphere import lengths
 from kerrcaustics.waves.continuation import ContinuedRing, meeting_images, meeting_parameters
 from kerrcaustics.waves.dark_sides import error_beyond_caustic, error_beyond_gap, nearest_is_hidden
 from kerrcaustics.waves.ring_integral import NearestCurve, next_order
-from kerrcaustics.waves.summed_images import field_in_pairs, image_sum_error, ring_sum_error, separate_error
+from kerrcaustics.waves.summed_images import (
+    field_in_pairs,
+    image_sum_error,
+    ring_sum_error,
+    separate_error,
+    unresolved_part,
+)
 from kerrcaustics.waves.uniform import cusp_field, ring_pair
 from kerrcaustics.waves.wave_images import WaveImages
 
@@ -25,6 +31,8 @@ Field = tuple[Array, Array]
 _NOT_ROUND = 0.16
 # Largest ratio of the caustic's size to the star's distance from its middle in the error of two images.
 _MOST_BENT = 0.7
+# The most by which a sum of images is wrong, in parts of their amplitudes.
+_MOST_OFF = 2.0
 # Error of a primary ring with its next phase, times the frequency, in parts of the field.
 _OF_PRIMARY = 0.042
 # Error of other rings and of folds, times the frequency, in parts of the field.
@@ -91,8 +99,7 @@ class ImageGroup:
         """The error where the images belong to two other groups, which sum them."""
         if self.near:
             return np.full(len(omega), float(self.ring.amplitude.sum()))
-        apart = ring_sum_error(self.calm, omega) * self._astroid_factor + ring_sum_error(self.others, omega)
-        return apart + self._beyond_caustic(omega)
+        return self._sum_error(self.calm, omega) + ring_sum_error(self.others, omega) + self._beyond_caustic(omega)
 
     def _fields(self, omega: Float[Array, " frequencies"]) -> dict[str, Field]:
         """The waves and their errors, by each applicable method."""
@@ -158,19 +165,25 @@ class ImageGroup:
         index, parameters = meeting_parameters(ring, "cusp")
         value, size = cusp_field(omega, (index[0], index[1]), parameters)
         more, unsure = field_in_pairs(ring, np.arange(len(ring)) < 3, omega, share)
-        error = share * np.maximum(size, np.abs(value)) + ring[:3].error(omega) + unsure
+        in_doubt = share + unresolved_part(ring, 3, omega)
+        error = in_doubt * np.maximum(size, np.abs(value)) + ring[:3].error(omega) + unsure
         return value + more, error + self._beyond_caustic(omega, ring.around[:3])
 
     def _as_images(self, omega: Float[Array, " frequencies"], fields: dict[str, Field]) -> Field:
         """The sum of images; next to a caustic its difference from a finite field is part of the error."""
         value = self.ring.field(omega)
         if not self.near:
-            error = ring_sum_error(self.ring, omega) * self._astroid_factor + separate_error(self.ring, omega)
+            error = self._sum_error(self.ring, omega) + separate_error(self.ring, omega)
             return value, error + self._beyond_caustic(omega)
         error = np.full(len(omega), 2 * float(self.ring.amplitude.sum())) + self.ring.error(omega)
         for finite, off in fields.values():
             error = np.fmin(error, np.abs(value - finite) + off)
         return value, error
+
+    def _sum_error(self, ring: WaveImages, omega: Float[Array, " frequencies"]) -> Float[Array, " frequencies"]:
+        """The error of the images of the ring as a sum."""
+        most = _MOST_OFF * float(ring.amplitude.sum())
+        return np.minimum(ring_sum_error(ring, omega) * self._astroid_factor, most)
 
     @property
     def _summed_amplitude(self) -> float:

@@ -98,10 +98,13 @@ def _groups(source: WaveSource, waves: WaveImages, max_index: int, method: str) 
     sheets = source.sheets(min(max_index + 1, HIGHEST_INDEX))
     continued: dict[int, ContinuedRing | None] = {}
     curves: dict[int, NearestCurve | None] = {}
+    nearest: dict[int, NearestCurve | None] = {}
     away = [distance_by_size(sheets, curve.order, source.star) for curve in sheets.curves.curves]
     for order, part in enumerate(away, 1):
         beside = order <= max_index + 1
-        curves[order] = _curve(source, sheets, order) if beside and method in ("auto", "line") else None
+        # For folds and cusps the curve only tells which images belong to the ring.
+        nearest[order] = _curve(source, sheets, order) if beside and method not in ("images", "ring") else None
+        curves[order] = nearest[order] if method in ("auto", "line") else None
         without = method != "line" and not _is_summed(curves[order], sheets, order, source.star)
         if part < NEAR or (beside and part < FARTHEST_CONTINUED and without and method != "images"):
             continued[order] = continued_ring(source, sheets, order, min(max_index + 1, HIGHEST_INDEX))
@@ -109,14 +112,14 @@ def _groups(source: WaveSource, waves: WaveImages, max_index: int, method: str) 
     calm = next((ring.nearest_images for order, ring in continued.items() if ring is not None and order in near), waves)
     groups = []
     for order in range(1, max_index + 2):
-        curve, ring = curves.get(order), waves.ring(order)
+        curve, ring = nearest.get(order), waves.ring(order)
         on_curve = np.ones(len(ring), bool) if curve is None or curve.gap else curve.holds(ring.time)
         groups.append(
             ImageGroup(
                 ring[on_curve],
                 ring[~on_curve],
                 calm.ring(order) if order in near else _fainter(ring[on_curve], calm.ring(order)),
-                curve,
+                curves.get(order),
                 order,
                 sheets.curves.curves[order - 1].points if order in curves else None,
                 source.star,

@@ -69,6 +69,21 @@ def pair_sum_error(
     return np.minimum(off, _MOST * (one + other)[:, None]).sum(axis=0)
 
 
+def unresolved_part(
+    ring: WaveImages, meeting: int, omega: Float[Array, " frequencies"]
+) -> Float[Array, " frequencies"]:
+    """The part, 0 to 1, of the uniform field of the first images of a ring that is in doubt.
+
+    Waves that do not resolve the phases between these and the others of the ring see the whole caustic at once: the
+    field of one of its folds or cusps alone is then no approximation. meeting: number of the first images.
+    """
+    apart = delays_to_next(ring)[meeting - 1 :].min(initial=math.inf)
+    half_phase = np.maximum(apart * omega / 2, np.finfo(float).tiny)
+    with np.errstate(over="ignore"):
+        off = AT_FOLD / half_phase * (1 + _NEXT_ORDER / half_phase)
+    return np.minimum(off, 1.0) ** 2
+
+
 def field_in_pairs(
     ring: WaveImages,
     taken: Bool[Array, " images"],

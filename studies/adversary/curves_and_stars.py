@@ -53,7 +53,7 @@ def cameras(seed: int) -> Iterator[kc.Camera]:
 
 def caustic_extremes(camera: kc.Camera) -> list[tuple[float, str]]:
     """Difference over reported errors of every extreme, between the default engine and the integrator, and its name."""
-    default, other = (kc.caustics(camera, ORDERS, engine, 1e-12) for engine in ("auto", "integrated"))
+    default, other = (kc.caustics(camera, ORDERS, engine) for engine in ("auto", "integrated"))
     found = []
     for one in default:
         for two in (two for two in other if two.order == one.order):

@@ -34,7 +34,7 @@ from . import light, rays, schwarzschild, twin, work
 from .verdict import Check
 
 QUESTION = "Do disks show what theory and others say?"
-# Run times on two cores of an AMD EPYC (2.6 GHz, shared).
+# Run time on two cores of an AMD EPYC (2.6 GHz, shared), and processor time there with QUICK.
 SECONDS = 88
 QUICK_SECONDS = 20
 

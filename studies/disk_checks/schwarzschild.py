@@ -36,7 +36,8 @@ def _turning(b: Array, swept: Array, start: float) -> Array:
     u1, u2, u3 = ((1 + 2 * np.cos(angle + k * 2 * math.pi / 3)) / 6 for k in (1, 2, 0))
     m = (u2 - u1) / (u3 - u1)
     first = ellipkinc(np.arcsin(np.sqrt((start - u1) / (u2 - u1))), m)
-    sine, *_ = ellipj(np.sqrt((u3 - u1) / 2) * swept + first, m)
+    # Half a period later it has left, whatever it swept.
+    sine, *_ = ellipj(np.minimum(np.sqrt((u3 - u1) / 2) * swept + first, 2 * ellipk(m)), m)
     return u1 + (u2 - u1) * sine**2
 
 

@@ -29,9 +29,9 @@ from kerrcaustics.report.tables import markdown_table
 from kerrcaustics.spacetime.sphere import from_angles
 
 QUESTION = "How well do images give spin and inclination?"
-# Run times on two cores of an AMD EPYC (2.6 GHz, shared).
+# Run time on two cores of an AMD EPYC (2.6 GHz, shared), and processor time there with QUICK.
 SECONDS = 28
-QUICK_SECONDS = 20
+QUICK_SECONDS = 15
 
 RADIUS = 20.0
 TRUE = (0.7, math.radians(60.0))

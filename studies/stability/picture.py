@@ -1,4 +1,4 @@
-"""The picture of stability.py: how wrong the worst ray of each problem is, and how much worse than it says; a map."""
+"""The picture of the study stability: true against reported errors of the problems, and the map."""
 
 from typing import Any
 
@@ -29,8 +29,8 @@ def picture(rows: list[dict[str, Any]], mapped: list[Cell]) -> Figure:
     """Ratio of true to reported error against true error, a panel for each engine, a mark for each problem; a map."""
     engines = list(dict.fromkeys(row["engine"] for row in rows))
     with rc_context(RC):
-        figure = Figure(figsize=(PAGE_WIDTH, 5.6), layout="constrained")
-        above, below = figure.subfigures(2, 1)
+        figure = Figure(figsize=(PAGE_WIDTH, 6.6), layout="constrained")
+        above, below = figure.subfigures(2, 1, height_ratios=(5, 7))
         panels = above.subplots(1, len(engines), sharex=True, sharey=True, squeeze=False)[0]
         for ax, engine in zip(panels, engines, strict=True):
             _draw_engine(ax, [row for row in rows if row["engine"] == engine])
@@ -45,22 +45,35 @@ def picture(rows: list[dict[str, Any]], mapped: list[Cell]) -> Figure:
 
 
 def _draw_map(figure: SubFigure, mapped: list[Cell]) -> None:
-    """Cells by spin and radius, for n' and J; where there is no truth a cell is grey."""
-    gaps, heights = (list(dict.fromkeys(getattr(cell, name) for cell in mapped)) for name in ("gap", "height"))
-    panels = figure.subplots(1, 2, sharey=True)
+    """Cells by spin and radius: a row each for n' and J, a column for each distance; without a truth a cell is grey."""
+    gaps, heights, distances = (
+        list(dict.fromkeys(getattr(cell, name) for cell in mapped)) for name in ("gap", "height", "distance")
+    )
+    panels = figure.subplots(2, len(distances), sharex=True, sharey=True, squeeze=False)
     norm, colours = LogNorm(_LEAST_RATIO, HONEST), colormaps["viridis"].with_extremes(over=_MARKS["FAIL"]["color"])
-    for ax, name, title in zip(panels, ("ratio", "j_ratio"), ("n′", "J"), strict=True):
-        table = np.array([max(getattr(cell, name), _LEAST_RATIO) for cell in mapped]).reshape(len(gaps), len(heights))
-        mesh = ax.pcolormesh(np.ma.masked_invalid(table), norm=norm, cmap=colours, edgecolors="white", linewidth=0.5)
-        ax.set_facecolor("#dddddd")
-        ax.set_title(f"auto, {title}")
-        ax.set_xticks(np.arange(len(heights)) + 0.5, [f"{height:g}" for height in heights])
-        ax.set_yticks(np.arange(len(gaps)) + 0.5, [f"{gap:g}" for gap in gaps])
-        for axis in (ax.xaxis, ax.yaxis):
-            axis.set_tick_params(length=0)
-    panels[0].set_ylabel("1 − a")
+    for row, name in zip(panels, ("ratio", "j_ratio"), strict=True):
+        for ax, distance in zip(row, distances, strict=True):
+            values = [getattr(cell, name) for cell in mapped if cell.distance == distance]
+            table = np.ma.masked_invalid(np.reshape(values, (len(gaps), len(heights))))
+            mesh = ax.pcolormesh(table, norm=norm, cmap=colours, edgecolors="white", linewidth=0.5)
+            ax.set_facecolor("#dddddd")
+            # There is no room for all.
+            ax.set_xticks(np.arange(len(heights))[::2] + 0.5, [_power(height) for height in heights[::2]])
+            ax.set_yticks(np.arange(len(gaps)) + 0.5, [_power(gap) for gap in gaps])
+            for axis in (ax.xaxis, ax.yaxis):
+                axis.set_tick_params(length=0, labelsize=SMALLEST_TEXT)
+    for ax, distance in zip(panels[0], distances, strict=True):
+        ax.set_title("anywhere" if np.isinf(distance) else f"{_power(distance)} from the edge")
+    for row, label in zip(panels, ("n′", "J"), strict=True):
+        row[0].set_ylabel(f"{label}: 1 − a")
     figure.supxlabel("height of the camera above the horizon, r / r$_+$ − 1", fontsize=RC["axes.labelsize"])
-    figure.colorbar(mesh, ax=panels, label="true / reported error, largest", extend="max")
+    figure.colorbar(mesh, ax=panels, label="true / reported error of auto, largest", extend="both")
+
+
+def _power(value: float) -> str:
+    """A power of ten as one; other numbers as they are."""
+    power = round(np.log10(value))
+    return f"$10^{{{power}}}$" if abs(power) > 1 and np.isclose(value, 10.0**power, rtol=1e-9) else f"{value:g}"
 
 
 def _draw_engine(ax: Axes, rows: list[dict[str, Any]]) -> None:

@@ -206,7 +206,7 @@ def line_profile(viewer: Any) -> Any:
 
 
 def isoradials(viewer: Any) -> Any:
-    return kc.isoradials(viewer, [6.0, 12.0], 3, 60, time=True)
+    return kc.isoradials(viewer, [6.0, 12.0], 3, 60)
 
 
 def disk() -> Any:

@@ -14,7 +14,7 @@ from kerrcaustics.beams.closed_form.radial_motion import Travel
 from kerrcaustics.beams.ray_state import Aim, Arriving
 from kerrcaustics.beams.traced_ends import Spherical, TracedEnd
 from kerrcaustics.spacetime import radial
-from kerrcaustics.spacetime.arrays import Components, Reals
+from kerrcaustics.spacetime.arrays import Components, Flags, Reals
 from kerrcaustics.spacetime.frame import Frame, Photon, doppler
 
 # Of a function of the polar phase, and for each radian of the phase relative to that.
@@ -59,23 +59,46 @@ def at_finite_end(
     phase: Reals,
 ) -> tuple[Reals, Reals]:
     """Round-off in radians, and the spread of a ray traced alone: rates at the end magnify errors of the Mino time."""
-    gap, motion = _gap_to_end(frame, photon, quartic, travel), end.motion(at)
-    grown = finite_end.growth(frame, *jax.lax.stop_gradient((photon, travel.time)))
+    turns = (photon.rate[0] > 0) != (travel.rate > 0)
+    gap, motion = gap_to_end(frame, photon, quartic, turns, travel.u), end.motion(at)
     turn, rest = _of_turn(frame, photon, jnp.minimum(1 / at.u, frame.radius))
     close = jnp.sqrt(_clearance(quartic, frame.radius) * _clearance(quartic, 1 / at.u))
     turn = turn + _AT_ROOTS * jnp.maximum(1 / close - 1 / _CLOSE, 0.0) * (turn + ROUNDING)
-    # On a long way the growth is that by the outer roots.
-    grown = jnp.where((at.speed * travel.time < _LONG) & jnp.isfinite(grown), grown, 1.0)
-    opened = end.opened(grown, at)
+    opened = end.opened(_grown(frame, photon, travel.time, at), at)
     noise = (
         ROUNDING * (1 + PER_PHASE * phase + _wide(frame, quartic)) * motion
         + turn * (1 + rest + 0.1 * errors.depth(frame.spin, at.u) * at.u + _IN_TURN * _deep(frame, at.u))
         + _INTEGRALS * (opened + end.delayed(_moved(frame, photon, quartic, gap), at))
     )
+    return noise, spread_to_end(frame, sky, photon, quartic, end, aim, at, travel.time, gap)
+
+
+def spread_to_end(
+    frame: Frame,
+    sky: Components,
+    photon: Photon,
+    quartic: radial.Quartic,
+    end: TracedEnd,
+    aim: Aim,
+    at: Arriving,
+    time: Reals,
+    gap: Reals,
+) -> Reals:
+    """The estimate of `spread_alone` at a finite end: rates there magnify errors of the Mino time.
+
+    Parameters: time, the Mino time to the end; gap, that of `gap_to_end`.
+    """
+    motion, opened = end.motion(at), end.opened(_grown(frame, photon, time, at), at)
     # Rounding N changes b, and the root of k, by the distance from the axis times that.
-    spread = (opened + motion) * (1 + frame.cylindrical_scale * travel.time)
+    spread = (opened + motion) * (1 + frame.cylindrical_scale * time)
     spread = (spread + motion * end.lateness(frame.cos_theta, aim, at)) * aim.conditioning
-    return noise, spread + end.delayed(_lingering(frame, sky, photon, quartic, gap), at)
+    return spread + end.delayed(_lingering(frame, sky, photon, quartic, gap), at)
+
+
+def _grown(frame: Frame, photon: Photon, time: Reals, at: Arriving) -> Reals:
+    """The growth of an error in the rate of u on a short way; on a long one it is that by the outer roots."""
+    grown = finite_end.growth(frame, *jax.lax.stop_gradient((photon, time)))
+    return jnp.where((at.speed * time < _LONG) & jnp.isfinite(grown), grown, 1.0)
 
 
 def of_small_k(frame: Frame, end: Spherical, psi: Reals) -> Reals:
@@ -174,10 +197,9 @@ def _gap_to_infinity(frame: Frame, photon: Photon, quartic: radial.Quartic) -> R
     return _half_distance_squared(quartic) + jnp.where(away, (frame.radius - quartic.h) ** 2, 0.0)
 
 
-def _gap_to_end(frame: Frame, photon: Photon, quartic: radial.Quartic, travel: Travel) -> Reals:
-    """The same on the way to a finite end."""
-    first, last = frame.radius - 1 - quartic.lift, 1 / travel.u - 1 - quartic.lift
-    turns = (photon.rate[0] > 0) != (travel.rate > 0)
+def gap_to_end(frame: Frame, photon: Photon, quartic: radial.Quartic, turns: Flags, u: Reals) -> Reals:
+    """The distance from the outer roots, (r - h)^2 + |d|, on the way to 1 / r = u; turns: through a turning point."""
+    first, last = frame.radius - 1 - quartic.lift, 1 / u - 1 - quartic.lift
     nearest = jnp.where(turns | (first * last < 0), 0.0, jnp.minimum(jnp.abs(first), jnp.abs(last)))
     return _half_distance_squared(quartic) + nearest**2
 

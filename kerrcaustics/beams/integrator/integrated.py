@@ -22,12 +22,13 @@ from kerrcaustics.beams.integrator import clock
 from kerrcaustics.beams.integrator.equations import polar_rapidity, rapidity, rates_with_variation
 from kerrcaustics.beams.integrator.journey import Journey, Progress, beam_area, remaining, step
 from kerrcaustics.beams.integrator.landing import land
+from kerrcaustics.beams.integrator.spread import Ray
 from kerrcaustics.beams.ray_end import RayEnd, RayOutputs
 from kerrcaustics.beams.ray_state import DENSEST, Aim, Constants, Path
 from kerrcaustics.beams.traced_ends import TracedEnd
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
-from kerrcaustics.spacetime.frame import Frame, Photon, frequency_ratio, photon_of, potential_coefficients
+from kerrcaustics.spacetime.frame import Frame, Photon, photon_of, potential_coefficients
 from kerrcaustics.spacetime.sphere import tangent_basis
 
 
@@ -54,12 +55,14 @@ def trace(
     a ray out; tolerance, the largest error of n' in radians; end, that of the rays; outputs, the quantities beside n'.
     """
     constants, ray, photon = start(frame, sky)
-    aim = aim_at(end, frame, photon)
-    paths, variations = with_variations(frame, sky, ray)
-    density = _density(tolerance, outputs.index) * _near_edge(constants, aim.mino_time)
+    quartic = radial.factor(frame, photon)
+    aim = end.aim(frame, photon, quartic)
+    varied, variations = with_variations(frame, sky, ray)
+    paths = varied if outputs.beams else varied[:1]
+    density = _density(tolerance) * _near_edge(constants, aim.mino_time)
     density = refinement * jnp.minimum(density, DENSEST)
     idle = aim.lost | (refinement <= 0)
-    rates = partial(all_rates, frame.spin, constants, variations)
+    rates = partial(all_rates, frame.spin, constants, variations if outputs.beams else [])
     if outputs.time:
         rates = clock.with_clock(rates, frame.spin, constants)
         paths = (*paths, clock.started(constants, ray))
@@ -67,8 +70,7 @@ def trace(
     journey = Journey(frame.spin, end, constants, aim, idle, arrival, density, rates)
     first = _departure(journey, paths, first_azimuth(frame, ray.rate), outputs)
     last = jax.lax.while_loop(lambda now: jnp.any(remaining(journey, now) != 0), partial(step, journey), first)
-    ratio = frequency_ratio(frame, sky, photon.energy_ratio)
-    return land(frame, journey, paths, last, ratio, beams=outputs.beams)
+    return land(frame, journey, Ray(sky, photon, quartic), varied, last, beams=outputs.beams)
 
 
 def _departure(journey: Journey, paths: tuple[Path, ...], azimuth: Reals, outputs: RayOutputs) -> Progress:
@@ -117,11 +119,13 @@ def all_rates(
     return rates_with_variation(spin, constants, positions[0], list(zip(variations, positions[1:], strict=True)))
 
 
-def _density(tolerance: Reals, index: bool) -> Reals:
-    """Steps per radian of arc for a tolerance of n'; the power is the order, the factor was measured."""
-    density = 1.1 * (1e-10 / tolerance) ** (1 / 12)
-    # Conjugate points lie about half a polar oscillation apart, pi radians of arc: no step may hold two.
-    return jnp.maximum(density, 0.8) if index else density
+def _density(tolerance: Reals) -> Reals:
+    """Steps per radian of arc for a tolerance of n'; the power is the order, the factors were measured.
+
+    Crossings of the plane, and conjugate points, lie about half a polar oscillation apart, pi radians of arc: no step
+    may hold two. So the steps of the loosest tolerances grow more slowly, up to 2.9 radians.
+    """
+    return jnp.maximum(1.1 * (1e-10 / tolerance) ** (1 / 12), 0.51 * (1e-6 / tolerance) ** (1 / 24))
 
 
 def _near_edge(constants: Constants, mino_time: Reals) -> Reals:

@@ -13,13 +13,14 @@ from kerrcaustics.beams.integrator import clock
 from kerrcaustics.beams.integrator.equations import polar_rapidity
 from kerrcaustics.beams.integrator.journey import MAX_STEPS, Journey, Progress
 from kerrcaustics.beams.integrator.nystroem import Rates
+from kerrcaustics.beams.integrator.spread import Ray, alone, of_beam
 from kerrcaustics.beams.ray_end import RayEnd
 from kerrcaustics.beams.ray_state import Arriving, Jacobian, Path
 from kerrcaustics.beams.traced_results import stacked, status_of
 from kerrcaustics.beams.vectors import dot, with_small_turn
 from kerrcaustics.spacetime import radial
 from kerrcaustics.spacetime.arrays import Components, Flags, Reals
-from kerrcaustics.spacetime.frame import Frame
+from kerrcaustics.spacetime.frame import Frame, frequency_ratio
 from kerrcaustics.spacetime.sphere import polar_basis
 
 # The order 12 result is better than the order 10 one, whose local errors are summed, by a factor of 25 in the worst
@@ -64,13 +65,17 @@ class _Touch(NamedTuple):
 
 
 def land(
-    frame: Frame, journey: Journey, started: tuple[Path, ...], last: Progress, ratio: Reals, *, beams: bool
+    frame: Frame, journey: Journey, began: Ray, started: tuple[Path, ...], last: Progress, *, beams: bool
 ) -> RayEnd[Reals | Flags]:
-    """The end of each ray, or beam, from the paths at the camera and shortly before the end, and the redshift."""
+    """The end of each ray, or beam, from the ray and the paths at the camera, and those shortly before the end."""
     touch = _touch_down(journey, last)
     ray, end = touch.paths[0], journey.end
-    jacobian = _jacobian(journey, touch)
-    doubt = _doubt(frame, journey, started, last, touch, jacobian)
+    jacobian = _jacobian(journey, touch) if beams else None
+    if jacobian is None:
+        size = alone(frame, began, end, journey.aim, touch.at, ray.rate[0])
+    else:
+        size = of_beam(end, touch.at, jacobian)
+    doubt = _doubt(frame, journey, started, last, touch, size)
     lost = end.lost(journey.aim, frame.spin, ray.position[0])
     hidden = jnp.where(lost, jnp.nan, 0.0)
     error, rate = jnp.minimum(doubt.direction, math.pi), started[0].rate
@@ -85,7 +90,7 @@ def land(
         error=error + hidden,
         noise=doubt.noise,
         closed_form=jnp.zeros_like(lost),
-        redshift=ratio + hidden,
+        redshift=frequency_ratio(frame, began.sky, began.photon.energy_ratio) + hidden,
         radius=end.radius_at(ray.position[0]) + hidden if end.finite else None,
         outward=ray.rate[0] < 0 if end.finite else None,
         index=last.conjugate_points,
@@ -94,7 +99,7 @@ def land(
         leaving = ray.position[3] * ray.rate[3]
         count, sure = certainty.crossings(frame, end, last.crossings, (touch.n[2], error), leaving, rate)
         ends = replace(ends, crossings=count, crossings_certain=sure)
-    if beams:
+    if jacobian is not None:
         rows = tuple(_or(row, (0.0, 0.0)) for row in jacobian)
         sure = None if last.conjugate_points is None else certainty.index_is_certain(rows, doubt.bent)
         entries = errors.of_entries((n[0], n[1], n[2]), doubt.bent, error)
@@ -169,14 +174,13 @@ def _jacobian(journey: Journey, touch: _Touch) -> Jacobian:
 
 
 def _doubt(
-    frame: Frame, journey: Journey, started: tuple[Path, ...], last: Progress, touch: _Touch, jacobian: Jacobian
+    frame: Frame, journey: Journey, started: tuple[Path, ...], last: Progress, touch: _Touch, size: Reals
 ) -> _Doubt:
     """The growth to the end of errors made on the way, and of round-off in N: in radians, in the plane also in ln r.
 
-    It follows from the beam, which opens by at least this many radians of arc for each in N.
+    It follows from the size of the beam, which opens by at least this many radians of arc for each in N.
     """
     end, at, ray = journey.end, touch.at, touch.paths[0]
-    size = end.spread(length([entry for row in jacobian for entry in row]), 1 / at.u)
     opening = length((*started[1].rate[1:], *started[2].rate[1:])) / at.speed
     growth, often = size / opening, 1 + _PER_STEP * last.steps
     drift = last.local_error * jnp.maximum(growth, end.least_growth(at))

@@ -127,9 +127,9 @@ def _of_short_rays() -> dict[str, Program]:
 
 def _of_integrator() -> dict[str, Program]:
     made = {}
-    for place, time in product(ENDS, _YES_OR_NO):
-        function = with_end(partial(integrated.trace, outputs=_quantities(True, time)), place, 4)
-        name = named("integrated_beams", time=time)
+    for place, beams, time in product(ENDS, _YES_OR_NO, _YES_OR_NO):
+        function = with_end(partial(integrated.trace, outputs=_quantities(beams, time)), place, 4)
+        name = named("integrated_beams" if beams else "integrated_rays", time=time)
         made[f"{name}_{place}"] = Program(function, (FRAME, SKY, _EACH, _ONE, ENDS[place]))
     for name, whole in (("survey", integrated.survey), ("prospects", integrated.prospects)):
         for place in ENDS if name == "survey" else _FINITE:

@@ -13,6 +13,9 @@ from kerrcaustics.shapes import Float, Int
 
 Array = np.ndarray
 
+AREA_TOLERANCE = 1e-10
+"""Relative error of the area that is aimed at unless another one is requested."""
+
 
 @dataclass(frozen=True, eq=False)
 class DiscImages:

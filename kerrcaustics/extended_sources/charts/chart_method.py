@@ -19,7 +19,7 @@ from kerrcaustics.extended_sources.arcs.area import (
     winding,
 )
 from kerrcaustics.extended_sources.arcs.boundary_arcs import with_ends
-from kerrcaustics.extended_sources.arcs.image_areas import DiscImages, summed
+from kerrcaustics.extended_sources.arcs.image_areas import AREA_TOLERANCE, DiscImages, summed
 from kerrcaustics.extended_sources.charts.chart_arcs import LIMB, ChartArcs, arcs_along, extremes, rim_arcs
 from kerrcaustics.extended_sources.charts.charts import Disc, DiscChart, charts_in_plane, charts_on_sphere
 from kerrcaustics.extended_sources.charts.contours import contours
@@ -39,8 +39,6 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
-# Requested relative error of the area.
-_TOLERANCE = 1e-10
 # Places in the disc whose images are checked: distances from the centre, radii.
 _INSIDE = np.array([0.0, 0.35, -0.35, 0.7, -0.7])
 # Places beside the disc whose images are checked: distances from the centre, radii.
@@ -78,6 +76,7 @@ def disc_images_on_charts(
     weight: Weight | None = None,
     *,
     nested: bool = False,
+    tolerance: float = AREA_TOLERANCE,
 ) -> DiscImages:
     """The images of a disc; parameters as for `disc_images`."""
     disc = Disc(surface, centre, size)
@@ -85,7 +84,7 @@ def disc_images_on_charts(
     parts, doubts, faults = [], [], []
     for chart in in_steps("part of the sky", charts):
         outline = contours(chart)
-        arcs = arcs_along(chart, outline, _TOLERANCE)
+        arcs = arcs_along(chart, outline, tolerance)
         first = 1 + max(arcs.last_node, outline.last_node)
         parts.append(arcs.joined(rim_arcs(chart, outline, first)))
         faults += outline.remarks

@@ -16,7 +16,7 @@ from kerrcaustics.extended_sources.arcs.area import (
     winding,
 )
 from kerrcaustics.extended_sources.arcs.boundary_arcs import BoundaryArcs, with_ends
-from kerrcaustics.extended_sources.arcs.image_areas import DiscImages, summed
+from kerrcaustics.extended_sources.arcs.image_areas import AREA_TOLERANCE, DiscImages, summed
 from kerrcaustics.extended_sources.sheets.about_axis import AxialLimb, symmetric
 from kerrcaustics.extended_sources.sheets.critical_arcs import LimbCrossings, critical_arcs
 from kerrcaustics.extended_sources.sheets.limb import GuessedArcs, Limb
@@ -33,8 +33,6 @@ from kerrcaustics.spacetime.viewer import Viewer
 
 Array = np.ndarray
 
-# Requested relative error of the area.
-_TOLERANCE = 1e-10
 # Distance of the nearest caustic from the centre, in radii, above which a few points of the limb are enough.
 _CLEAR = 1.05
 # Longest step, radians, between points of the limb from which its arcs are guessed.
@@ -60,12 +58,13 @@ def disc_images_on_sheets(
     angle: float,
     max_index: int,
     weight: Weight | None,
+    tolerance: float = AREA_TOLERANCE,
 ) -> DiscImages:
     """The images of a disc on a sphere that rays reach once; parameters as for `disc_images`."""
     limb_circle = Circle.from_centre(centre, angle)
     sheets = refined_near(sheets_of(viewer, max_index, surface), limb_circle)
     sky = search_sky(viewer)
-    limb = _limb(sheets, viewer, limb_circle)
+    limb = _limb(sheets, viewer, limb_circle, tolerance)
     arcs = limb.arcs
     critical, lost = _critical(sheets, limb_circle, limb)
     whole = arcs.joined(critical)
@@ -133,20 +132,20 @@ class _FollowedLimb:
     probes: _Probes | None = None
 
 
-def _limb(sheets: Sheets, viewer: Viewer, limb_circle: Circle) -> _FollowedLimb:
-    """The limb from a few images, about an axis, or followed through folds as the tracks of stars are."""
+def _limb(sheets: Sheets, viewer: Viewer, limb_circle: Circle, part: float) -> _FollowedLimb:
+    """The limb from a few images, about an axis, or followed through folds; part: relative error of the area."""
     nearest = min(distance(curve, limb_circle.axes[2]) for curve in sheets.curves)
     if nearest > _CLEAR * limb_circle.angle:
         radius, place = _probes(sheets, limb_circle, beside_caustics=False)
         guessed, searched = without_caustic(sheets, limb_circle, place)
         if guessed is not None:
-            followed = _limb_from_guesses(sheets, limb_circle, guessed, None, ())
+            followed = _limb_from_guesses(sheets, limb_circle, guessed, None, (), part)
             # Beside a caustic that is a point images are drawn out to rings.
             if not (followed.doubts and symmetric(sheets)):
                 return replace(followed, probes=_Probes(radius, searched))
     if symmetric(sheets):
         limb = AxialLimb(sheets, limb_circle)
-        tolerance = _TOLERANCE * _rough_area(limb.arcs(math.inf), sheets)
+        tolerance = part * _rough_area(limb.arcs(math.inf), sheets)
         touched = [
             curve.order for curve in sheets.curves if abs(limb_circle.height(curve.points.direction)).min() < curve.blur
         ]
@@ -158,14 +157,19 @@ def _limb(sheets: Sheets, viewer: Viewer, limb_circle: Circle) -> _FollowedLimb:
     if not events.known.all():
         faults.append(f"the counts beside {(~events.known).sum()} events on the limb are not what they should be")
     crossings = LimbCrossings(events.order, events.points.edge_phase)
-    return _limb_from_guesses(sheets, limb_circle, from_level_curve(branches), crossings, tuple(faults))
+    return _limb_from_guesses(sheets, limb_circle, from_level_curve(branches), crossings, tuple(faults), part)
 
 
 def _limb_from_guesses(
-    sheets: Sheets, limb_circle: Circle, guessed: GuessedArcs, crossings: LimbCrossings | None, faults: tuple[str, ...]
+    sheets: Sheets,
+    limb_circle: Circle,
+    guessed: GuessedArcs,
+    crossings: LimbCrossings | None,
+    faults: tuple[str, ...],
+    part: float,
 ) -> _FollowedLimb:
     """The limb by Newton's method from guesses."""
-    tolerance = _TOLERANCE * _rough_area(guessed.arcs(), sheets)
+    tolerance = part * _rough_area(guessed.arcs(), sheets)
     first = _next_node(guessed.links.left, guessed.links.right)
     limb = Limb(sheets.camera, sheets.surface, limb_circle, ended=crossings is None)
     arcs, doubtful = limb.arcs(guessed, first, tolerance)

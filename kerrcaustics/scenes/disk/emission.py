@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from kerrcaustics.beams.kernels.library import kernel
 from kerrcaustics.scenes.checkerboard import COLOURS, DARKER, GAP_COLOUR, check_pattern, mixed
 from kerrcaustics.scenes.colour import ResponseLike, check_response, from_srgb, seen_black_body, shifted_light
-from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
+from kerrcaustics.scenes.disk.samples import DiskSamples, Emission, smooth_parts
 from kerrcaustics.scenes.scene_checks import check_number, positive
 from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime import kerr
@@ -48,8 +48,8 @@ class ThermalEmission(Emission):
         return seen_black_body(temperature, samples.redshift, beaming, colour_shift, self.response)
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
-        """Two for pixels that see much of the disk, else one."""
-        return np.where(size[:, 0] > 0.02, 2, 1)
+        """One, or more for pixels that see much of the disk."""
+        return smooth_parts(size)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from kerrcaustics.scenes.colour import shifted_light
-from kerrcaustics.scenes.disk.samples import DiskSamples, Emission
+from kerrcaustics.scenes.disk.samples import DiskSamples, Emission, smooth_parts
 from kerrcaustics.scenes.function_sky import means
 from kerrcaustics.scenes.scene_checks import check_light_function, checked_light
 from kerrcaustics.shapes import Float, Int
@@ -59,8 +59,8 @@ class FunctionEmission(Emission):
         return light * shifted_light(samples.redshift, beaming, colour_shift)
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
-        """One: the light of a pixel is the mean over points in it."""
-        return np.ones(len(size), int)
+        """One, whose light is the mean over points in it, or more for pixels that see much of the disk."""
+        return smooth_parts(size)
 
     def _mean(self, samples: DiskSamples, which: Int[Array, " m"], first: int, second: int) -> Float[Array, "m 3"]:
         """Means over first x second points of parts of pixels."""

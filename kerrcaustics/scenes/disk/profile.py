@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +12,9 @@ from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.beams.equatorial_plane import MOST_CROSSINGS
 from kerrcaustics.beams.kernels.library import kernel
+from kerrcaustics.lens_map.arguments import checked_tolerance
 from kerrcaustics.lens_map.domains import Ring
+from kerrcaustics.results import declared
 from kerrcaustics.results.declared import quantity, result, usual_warnings
 from kerrcaustics.results.shown import Shown
 from kerrcaustics.scenes.disk.disk import MOTIONS
@@ -19,7 +22,7 @@ from kerrcaustics.scenes.disk.ring_images import ring_images
 from kerrcaustics.scenes.scene_checks import check_number
 from kerrcaustics.shapes import Float
 from kerrcaustics.spacetime import kerr
-from kerrcaustics.spacetime.checks import numbers, one_of, quoted, real_array, whole_number
+from kerrcaustics.spacetime.checks import left_out, numbers, one_of, quoted, real_array, whole_number
 from kerrcaustics.spacetime.viewer import Viewer, check_viewer
 
 Array = np.ndarray
@@ -28,6 +31,12 @@ Emissivity = float | Callable[[Array], ArrayLike]
 # Cells of the sum in each direction for each interval between nodes.
 _CELLS = 16
 _MOST_BINS = 10_000
+# Intervals from rim to rim and round the middle at first; the largest numbers to which they are doubled.
+_FIRST, _LAST = (8, 64), (64, 512)
+# The tolerance by default, and the range of tolerances.
+_TOLERANCE, _TOLERANCES = 1e-3, (1e-6, 0.1)
+# Cells that are summed at once.
+_AT_ONCE = 1 << 21
 
 
 @result("line-profile/1")
@@ -43,6 +52,7 @@ class LineProfile(Shown):
     )
     error: Array = quantity("bin", "solid angle", "estimated error of flux; infinite where unknown")
     rays: int = quantity("", "1", "beams traced")
+    remarks: tuple[str, ...] = declared.remarks(default=())
 
 
 @usual_warnings
@@ -55,8 +65,9 @@ def line_profile(
     crossing: int = 1,
     motion: str = "circular",
     bins: int | ArrayLike = 100,
-    radii: int = 16,
-    turns: int = 128,
+    tolerance: float | None = None,
+    radii: int | None = None,
+    turns: int | None = None,
 ) -> LineProfile:
     """The profile of a line that a disk emits, in the image of one crossing of its plane.
 
@@ -76,9 +87,13 @@ def line_profile(
         As for `Disk`.
     bins : int or (n + 1,) array
         Number of bins from the least to the largest frequency, or their edges.
-    radii, turns : int
-        Even numbers of intervals from rim to rim (Chebyshev nodes in ln r) and round the middle. Beams are traced at
-        their corners alone; values in between are interpolated from all of them.
+    tolerance : float, optional
+        Largest error of a bin in parts of the highest one, 1e-6 to 0.1; 1e-3 by default. The intervals are doubled
+        until this is reached; a remark says where 64 by 512 of them do not reach it.
+    radii, turns : int, optional
+        Even numbers of intervals from rim to rim (Chebyshev nodes in ln r) and round the middle, in place of those that
+        the tolerance asks for. Beams are traced at their corners alone; values in between are interpolated from all of
+        them.
 
     Returns
     -------
@@ -91,8 +106,8 @@ def line_profile(
 
     Errors
     ------
-    `LineProfile.error`: the largest change in the bin and its neighbours when every second node is left out, and, where
-    nodes are few, the square of the largest change divided by the highest bin.
+    `LineProfile.error`: the largest change in the bin and its neighbours when every second node is left out, the mean
+    change of all bins and, where nodes are few, the square of the largest change divided by the highest bin.
 
     References
     ----------
@@ -108,21 +123,68 @@ def line_profile(
     """
     check_request(camera, inner, outer, motion)
     crossing = whole_number("crossing", crossing, 1, MOST_CROSSINGS)
-    counts = [_even("radii", radii), _even("turns", turns)]
+    fixed = [None if radii is None else _even("radii", radii), None if turns is None else _even("turns", turns)]
+    if None not in fixed:
+        left_out("tolerance", tolerance, "beside `radii` and `turns`, which fix the accuracy")
+    least = checked_tolerance(_TOLERANCE if tolerance is None else tolerance, *_TOLERANCES)
     law, division = _law(emissivity), _bins(bins)
-    node = np.log(inner) + math.log(outer / inner) * (1 - np.cos(math.pi * np.arange(counts[0] + 1) / counts[0])) / 2
-    turn = 2 * math.pi * np.arange(counts[1]) / counts[1]
-    places = np.repeat(np.exp(node), counts[1]), np.tile(turn, len(node))
-    images = ring_images(camera, *places, crossing, motion)
-    light = np.log(images.redshift**4 * images.solid_angle)
-    fields = np.stack([images.redshift, light]).reshape(2, len(node), counts[1])
+    counts = (fixed[0] or _FIRST[0], fixed[1] or _FIRST[1])
+    sampled, rays, remarks = None, 0, ()
+    while True:
+        sampled, more = _sampled(camera, (inner, outer), counts, crossing, motion, sampled)
+        rays += more
+        profile = _profile(camera, sampled, law, division, rays)
+        error, highest = profile.error.max(), profile.flux.max()
+        if None not in fixed or not np.isfinite(error) or error <= least * highest:
+            break
+        counts = _doubled(counts, fixed)
+        if counts is None:
+            remarks = (f"the error is {error / highest:.1g} of the highest bin, above the tolerance {least:g}",)
+            break
+    return replace(profile, remarks=remarks)
+
+
+def _doubled(counts: tuple[int, int], fixed: list[int | None]) -> tuple[int, int] | None:
+    """Twice the numbers of intervals that are not fixed; None where they would be too many."""
+    radii, turns = (2 * count if number is None else count for count, number in zip(counts, fixed, strict=True))
+    free = (number is None and count > last for count, number, last in zip((radii, turns), fixed, _LAST, strict=True))
+    return None if any(free) else (radii, turns)
+
+
+def _profile(
+    camera: Viewer, sampled: "_Sampled", law: Callable[[Array], Array], division: int | Array, rays: int
+) -> LineProfile:
+    """The profile of samples."""
+    node, fields = sampled
     edges = _edges(division, fields[0])
     if not np.isfinite(fields).all():
         unknown = np.full(len(edges) - 1, np.nan)
-        return LineProfile(camera, edges, unknown, np.full(len(unknown), np.inf), images.rays)
-    fine = _Sampled(node, fields).summed(law, edges)
+        return LineProfile(camera, edges, unknown, np.full(len(unknown), np.inf), rays)
+    fine = sampled.summed(law, edges)
     coarse = _Sampled(node[::2], fields[:, ::2, ::2]).summed(law, edges)
-    return LineProfile(camera, edges, fine, _error(fine, coarse), images.rays)
+    return LineProfile(camera, edges, fine, _error(fine, coarse), rays)
+
+
+def _sampled(
+    camera: Viewer,
+    rims: tuple[float, float],
+    counts: tuple[int, int],
+    crossing: int,
+    motion: str,
+    known: "_Sampled | None",
+) -> "tuple[_Sampled, int]":
+    """Samples at all nodes, and the beams traced; known: samples at some of these nodes."""
+    inner, outer = rims
+    node = np.log(inner) + math.log(outer / inner) * (1 - np.cos(math.pi * np.arange(counts[0] + 1) / counts[0])) / 2
+    turn = 2 * math.pi * np.arange(counts[1]) / counts[1]
+    fields, lacking = np.empty((2, len(node), counts[1])), np.ones((len(node), counts[1]), bool)
+    if known is not None:
+        old = np.s_[:: counts[0] // (len(known.node) - 1), :: counts[1] // known.fields.shape[2]]
+        fields[(slice(None), *old)], lacking[old] = known.fields, False
+    ring, place = np.nonzero(lacking)
+    images = ring_images(camera, np.exp(node)[ring], turn[place], crossing, motion)
+    fields[:, lacking] = images.redshift, np.log(images.redshift**4 * images.solid_angle)
+    return _Sampled(node, fields), images.rays
 
 
 def check_request(camera: Viewer, inner: float, outer: float, motion: str) -> None:
@@ -139,9 +201,12 @@ def check_request(camera: Viewer, inner: float, outer: float, motion: str) -> No
 
 
 def _error(fine: Array, coarse: Array) -> Float[Array, " bins"]:
-    """The error of the light in bins, from the light with half as many nodes in either direction."""
+    """The error of the light in bins, from the light with half as many nodes in either direction.
+
+    The change of a bin may be small by chance: its neighbours and the mean over all bins count as well.
+    """
     change = np.pad(np.abs(fine - coarse), 1)
-    near = np.maximum(np.maximum(change[:-2], change[2:]), change[1:-1])
+    near = np.maximum(np.maximum(change[:-2], change[2:]), change[1:-1]) + change.mean()
     return near + change.max() ** 2 / max(fine.max(), np.finfo(float).tiny)
 
 
@@ -201,12 +266,16 @@ class _Sampled(NamedTuple):
         steps, turns = _CELLS * (len(self.node) - 1), _CELLS * self.fields.shape[2]
         width = (self.node[-1] - self.node[0]) / steps
         at = self.node[0] + width * (np.arange(steps) + 0.5)
-        across, slope = barycentric(self.node, at)
-        shift, weight = across @ round_about(self.fields, _CELLS)
-        along = (np.roll(shift, -1, axis=1) - np.roll(shift, 1, axis=1)) / 2
-        light = np.exp(weight) * (law(np.exp(at)) * width * 2 * math.pi / turns)[:, None]
-        radial = slope @ round_about(self.fields[0], _CELLS) * width
-        return binned(shift.ravel(), radial.ravel(), along.ravel(), light.ravel(), edges)
+        fields = round_about(self.fields, _CELLS)
+        total = np.zeros(len(edges) - 1)
+        for part in np.array_split(at, -(-steps * turns // _AT_ONCE)):
+            across, slope = barycentric(self.node, part)
+            shift, weight = across @ fields
+            along = (np.roll(shift, -1, axis=1) - np.roll(shift, 1, axis=1)) / 2
+            light = np.exp(weight) * (law(np.exp(part)) * width * 2 * math.pi / turns)[:, None]
+            radial = slope @ fields[0] * width
+            total += binned(shift.ravel(), radial.ravel(), along.ravel(), light.ravel(), edges)
+        return total
 
 
 def binned(shift: Array, start: Array, stop: Array, light: Array, edges: Array) -> Float[Array, " bins"]:

@@ -13,6 +13,12 @@ from kerrcaustics.shapes import Float, Int
 Array = np.ndarray
 
 
+# Largest part of a pixel on the disk: relative to its width, and in azimuth, radians.
+_LARGEST_PART = np.array([0.02, 0.1])
+# Largest number of parts in each direction.
+_MOST_PARTS = 16
+
+
 class DiskSamples(NamedTuple):
     """Samples of a disk in n parts of pixels, as the method `light` of an emission gets them.
 
@@ -99,7 +105,9 @@ class Emission(ABC):
         """
 
     def parts(self, low: Array, high: Array, size: Array) -> Int[Array, " n"]:
-        """Numbers of parts, in each direction, into which pixels must be divided for `light` to average well: two.
+        """Numbers of parts, in each direction, into which pixels must be divided for `light` to average well.
+
+        Two, or more for pixels that see much of the disk.
 
         Parameters
         ----------
@@ -113,11 +121,20 @@ class Emission(ABC):
         (n,) array of int
             Powers of two up to 16.
         """
-        return np.full(len(low), 2)
+        return np.maximum(smooth_parts(size), 2)
 
     def own_opacity(self, inner: Any, outer: float) -> Any:
         """The default opacity of a disk with these rims; None for an opaque disk."""
         return None
+
+
+def smooth_parts(size: Float[Array, "n 2"]) -> Int[Array, " n"]:
+    """Numbers of parts (n,) of pixels in each direction, so that each sees little of the disk; size as for `parts`.
+
+    A part is a linear image, with one ratio of frequencies.
+    """
+    needed = (size / _LARGEST_PART).max(axis=1)
+    return (2 ** np.ceil(np.log2(np.clip(needed, 1, _MOST_PARTS)))).astype(int)
 
 
 def emitted_light(emission: Emission, samples: DiskSamples, shifts: Shifts) -> Float[Array, "n 3"]:

@@ -6,6 +6,7 @@ NAMES are kinds with commas between them: KINDS of the modules of this folder. P
 reported error as Python, and in the end, or when it is interrupted, the table of claims.
 """
 
+import signal
 import sys
 import time
 
@@ -28,6 +29,9 @@ def main(words: list[str]) -> int:
         for claim in worst:
             print(f"{kind} {number}, {claim.name}: {claim.ratio:.3g} times: {claim.code}", flush=True)
 
+    # In the background too, where shells have the first of them ignored.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.default_int_handler)
     try:
         try_cases(kinds, count, seed, findings, hear)
     except KeyboardInterrupt:
