@@ -175,6 +175,14 @@ def sky_size(curves):
     return max(np.ptp(curve.sky, axis=0).max() for curve in curves.values())
 
 
+def test_light_of_a_spot_beside_an_extremal_horizon_is_as_unsure_as_its_frequencies():
+    camera, radius = kc.Camera(0.9999999738, 1022.2, 3.1415, "fiducial"), 1.004733464697
+    light = kc.light_curve(camera, radius, 4, source=kc.Spot(0.139, crossings=1))
+    curve = kc.isoradials(camera, [radius], 1)[0]
+    of_frequency = (curve.redshift_error / curve.redshift).max()
+    assert of_frequency > 1e-5 and (light.error / light.flux > 3 * of_frequency).all()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("camera", "orbit"),

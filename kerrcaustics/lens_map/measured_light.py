@@ -5,8 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from kerrcaustics.beams.emitters import EMITTERS, redshift
 from kerrcaustics.lens_map.lens_map import LensMap, SeenLight
 from kerrcaustics.shapes import Bool, Float
+from kerrcaustics.spacetime.frame import photon_of
 from kerrcaustics.spacetime.sphere import moved, tangent_basis
 
 Array = np.ndarray
@@ -15,6 +17,8 @@ Array = np.ndarray
 _STEP = 1e-3
 # Rounding of a direction, and of what is computed from one, relative to it.
 _OF_SKY, _OF_VALUE = 4e-16, 4e-15
+# Step in ln r for slopes.
+_BESIDE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -88,6 +92,26 @@ def measured_light(
         "redshift_error": _infinite_if_unknown(of_redshift, light.redshift),
     }
     return MeasuredLight(**values)
+
+
+def redshift_slope(
+    lens_map: LensMap, motion: str, sky: Float[Array, "n 3"], radius: Float[Array, " n"]
+) -> Float[Array, " n"]:
+    """The size of d ln redshift / d ln r of emitters that photons meet in the plane; infinite if none are beside.
+
+    The radius at which a photon of known constants arrives has a separate error.
+
+    Parameters: motion, that of the emitters; sky, directions on the search sky; radius, where they end.
+    """
+    camera, emitter = lens_map.sky.search_camera, EMITTERS[motion]
+    photon = photon_of(camera.frame(), tuple(sky.T))
+
+    def log_ratio(sign: int, outward: bool) -> Array:
+        place = radius * np.exp(sign * _BESIDE), 0.0
+        return np.log(redshift(emitter, camera.spin, (photon.b, photon.q), place, 1.0, np.array(outward)))
+
+    slopes = [np.abs(log_ratio(1, sense) - log_ratio(-1, sense)) / (2 * _BESIDE) for sense in (True, False)]
+    return np.nan_to_num(np.maximum(*slopes), nan=np.inf)
 
 
 def _infinite_if_unknown(error: Float[Array, " n"], value: Float[Array, " n"]) -> Float[Array, " n"]:

@@ -51,6 +51,7 @@ def spot_light_curve(camera: Viewer, orbit: float, times: ArrayLike | int, sourc
     all_light, shares = fine.sum(axis=0), fine[..., 0]
     flux, (mean, coarse_mean) = shares.sum(axis=0), (_means(part) for part in (fine, coarse))
     centroid, coarse_centroid = _means(all_light).sky, _means(coarse.sum(axis=0)).sky
+    light_error = np.array([image.light_error for image in images])
     travel_time_error = np.array([image.travel_time_error for image in images])[:, None]
     remarks = tuple(f"crossing {n}: {remark}" for n, image in enumerate(images, 1) for remark in image.remarks)
     events = (event for image in images for event in image.events)
@@ -65,7 +66,7 @@ def spot_light_curve(camera: Viewer, orbit: float, times: ArrayLike | int, sourc
         period=spot.period,
         time=clock,
         flux=flux,
-        error=_doubt(np.abs(shares - coarse[..., 0]).sum(axis=0), flux) + _ROUNDING * flux,
+        error=_doubt(np.abs(shares - coarse[..., 0]).sum(axis=0), flux) + light_error @ shares + _ROUNDING * flux,
         index=np.full(len(images), -1),
         crossing=np.arange(1, len(images) + 1),
         shares=shares,
@@ -107,12 +108,14 @@ class _Image(NamedTuple):
 
     received: Sums over light (times, columns) with all points, and with half of them.
     travel_time_error: Largest error of travel times, GM/c^3.
+    light_error: Largest error of the power of the frequency ratio, relative to it.
     events: Folds of the image.
     remarks: One for each doubt.
     """
 
     received: tuple[Array, Array]
     travel_time_error: float
+    light_error: float
     events: list[SpotEvent]
     remarks: tuple[str, ...]
 
@@ -127,10 +130,13 @@ def _crossing_light(
     if image is None:
         axes = lens_map.sky.to_viewer(np.array([[-1.0, 0.0, 0.0]])).shape[1]
         unknown = np.full((len(clock), axes + 3), np.nan)
-        return _Image((unknown, unknown), math.nan, [], arcs.remarks or ("parts of the image could not be found",))
+        return _Image(
+            (unknown, unknown), math.nan, math.nan, [], arcs.remarks or ("parts of the image could not be found",)
+        )
     curves = (splined_curve(image, spot, step) for step in (1, 2))
     full, half = (received_light(curve, spot.orbital, clock, spot.size / spot.radius) / spot.radius for curve in curves)
-    return _Image((full, half), float(image.travel_time_error.max()), _events(lens_map, arcs, spot), arcs.remarks)
+    errors = float(image.travel_time_error.max()), float(image.light_error.max())
+    return _Image((full, half), *errors, _events(lens_map, arcs, spot), arcs.remarks)
 
 
 def _doubt(change: Float[Array, "*batch times"], scale: Array | float = 1.0) -> Float[Array, "*batch times"]:

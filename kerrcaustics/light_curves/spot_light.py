@@ -12,6 +12,7 @@ import numpy as np
 
 from kerrcaustics.images.circle_arcs import Arcs
 from kerrcaustics.lens_map.lens_map import LensMap
+from kerrcaustics.lens_map.measured_light import redshift_slope
 from kerrcaustics.numerics.splines import Spline
 from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.rows import Rows
@@ -57,6 +58,7 @@ class OrbitImage(Rows):
     travel_time_error: its error.
     redshift: frequency ratio g.
     light: g^power times solid angle, for a unit of radius and a radian along the curve on the search sky.
+    light_error: error of g^power, relative to it.
     """
 
     edge_phase: Float[Array, " points"]
@@ -67,6 +69,7 @@ class OrbitImage(Rows):
     travel_time_error: Float[Array, " points"]
     redshift: Float[Array, " points"]
     light: Float[Array, " points"]
+    light_error: Float[Array, " points"]
 
 
 class SplinedCurve(NamedTuple):
@@ -115,7 +118,9 @@ def _points(
     solid_angle = lens_map.sky.lengths(points.sky) ** 2 / (spot.radius * points.gradient)
     bright = light.redshift**spot.power * solid_angle
     times = light.time, light.time_error
-    return OrbitImage(edge_phase, points.sky, light.sky, light.azimuth, *times, light.redshift, bright)
+    off = np.abs(np.log(light.beams.radius / spot.radius)) + light.beams.error + points.miss(spot.radius)
+    doubt = spot.power * off * redshift_slope(lens_map, spot.motion, points.sky, points.radius)
+    return OrbitImage(edge_phase, points.sky, light.sky, light.azimuth, *times, light.redshift, bright, np.abs(doubt))
 
 
 def _parts(image: OrbitImage, orbital: float) -> Int[Array, " points"]:

@@ -9,13 +9,13 @@ lines meet are joined to open curves.
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kerrcaustics.beams.emitters import EMITTERS, redshift
+from kerrcaustics.beams.emitters import EMITTERS
 from kerrcaustics.beams.ends import EquatorialPlane
 from kerrcaustics.images.circle_arcs import circle_image
 from kerrcaustics.lens_map.arguments import checked_radii
 from kerrcaustics.lens_map.crossing_lines import CrossingLines
 from kerrcaustics.lens_map.lens_map import LensMap
-from kerrcaustics.lens_map.measured_light import measured_light
+from kerrcaustics.lens_map.measured_light import measured_light, redshift_slope
 from kerrcaustics.lens_map.plane_map import Crossings, PlaneMap
 from kerrcaustics.lens_map.search_sky import TOLERANCE, search_camera
 from kerrcaustics.results import declared
@@ -24,7 +24,6 @@ from kerrcaustics.results.progress import Progress, in_steps, with_progress
 from kerrcaustics.results.shown import Items, Shown
 from kerrcaustics.shapes import Float, Int
 from kerrcaustics.spacetime.checks import one_of, whole_number
-from kerrcaustics.spacetime.frame import photon_of
 from kerrcaustics.spacetime.shadow import even_phases
 from kerrcaustics.spacetime.viewer import Viewer
 
@@ -34,8 +33,6 @@ Array = np.ndarray
 _ROUNDING = 2e-16
 # Largest distance of a point of an open curve from the circle, in ln r.
 _CLOSE = 1e-6
-# Step in ln r for slopes.
-_BESIDE = 1e-6
 
 
 @result(
@@ -201,7 +198,7 @@ def _curve(viewer: Viewer, surface: EquatorialPlane, radius: float, points: Cros
     residual = np.fmax(points.miss(radius) + points.error, own)
     error = residual / points.gradient + _ROUNDING
     light = measured_light(lens_map, seen, points.sky, error, residual=residual)
-    by_radius = residual * _by_radius(lens_map, surface.emitter, points)
+    by_radius = residual * redshift_slope(lens_map, surface.emitter, points.sky, points.radius)
     return Isoradial(
         camera=viewer,
         crossing=surface.crossing,
@@ -217,22 +214,6 @@ def _curve(viewer: Viewer, surface: EquatorialPlane, radius: float, points: Cros
         time=light.time,
         time_error=light.time_error,
     )
-
-
-def _by_radius(lens_map: LensMap, emitter_name: str, points: Crossings) -> Float[Array, " points"]:
-    """The size of d ln redshift / d ln r of emitters that photons of points meet; infinite if there are none beside.
-
-    The radius at which a photon of known constants arrives has a separate error.
-    """
-    camera, emitter = lens_map.sky.search_camera, EMITTERS[emitter_name]
-    photon = photon_of(camera.frame(), tuple(points.sky.T))
-
-    def log_ratio(sign: int, outward: bool) -> Array:
-        place = points.radius * np.exp(sign * _BESIDE), 0.0
-        return np.log(redshift(emitter, camera.spin, (photon.b, photon.q), place, 1.0, np.array(outward)))
-
-    slopes = [np.abs(log_ratio(1, sense) - log_ratio(-1, sense)) / (2 * _BESIDE) for sense in (True, False)]
-    return np.nan_to_num(np.maximum(*slopes), nan=np.inf)
 
 
 def _rows(line: Int[Array, " points"], distance: Float[Array, " points"]) -> list[Int[Array, " _"]]:
