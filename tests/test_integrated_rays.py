@@ -92,7 +92,9 @@ def test_paths_of_rays_alone_are_those_of_beams():
         apart = np.linalg.norm(rays.direction - beams.direction, axis=1)[there]
         assert np.all(apart <= (rays.error + beams.error)[there])
         assert np.median(apart) <= 1e-15
-        assert np.all(np.abs(rays.time - beams.time)[there] <= (rays.time_error + beams.time_error)[there])
+        time, late = (np.asarray(part, float) for part in (rays.time, rays.time_error))
+        of_beams, late_beams = (np.asarray(part, float) for part in (beams.time, beams.time_error))
+        assert np.all(np.abs(time - of_beams)[there] <= (late + late_beams)[there])
 
 
 def test_rays_that_turn_in_the_plane_have_errors_as_large_as_their_beams():

@@ -32,7 +32,7 @@ def of_beam(end: TracedEnd, at: Arriving, jacobian: Jacobian) -> Reals:
     return end.spread(length([entry for row in jacobian for entry in row]), 1 / at.u)
 
 
-def alone(frame: Frame, ray: Ray, end: TracedEnd, aim: Aim, at: Arriving, rate: Reals) -> Reals:
+def size_alone(frame: Frame, ray: Ray, end: TracedEnd, aim: Aim, at: Arriving, rate: Reals) -> Reals:
     """The size of a beam around a ray that has no variations, as the closed form estimates it.
 
     Mostly one to ten times too large, in the plane up to twenty times. Parameters: rate, that of u at the end.
