@@ -5,9 +5,10 @@ The path is u = 1/r and a point m = (x, y, z) of the unit sphere that turns abou
     u'' = U'(u) / 2,   m'' = a^2 z e_z - (k + 2 a^2 z^2) m,   psi' = -a (2 u - a b u^2) / (1 - 2 u + a^2 u^2).
 
 No first derivative stands on the right, so a Runge-Kutta-Nystroem pair of order 12(10) integrates it. A beam
-is the same path with its first variation in two orthonormal directions of the camera sky, in the same steps.
-Each ray takes its own steps, from a bound on the rate of change of its solution; a batch runs until its slowest
-ray has arrived, so batches should hold rays of similar work (see beams/dispatch.py).
+is the same path with its first variation in two orthonormal directions of the camera sky, in the same steps. A ray
+alone takes these steps without the variations, which is less than half of the work; how its errors grow is an estimate
+of spread.py. Each ray takes its own steps, from a bound on the rate of change of its solution; a batch runs until its
+slowest ray has arrived, so batches should hold rays of similar work (see beams/dispatch.py).
 
 All functions work elementwise on JAX arrays of one shape, one entry a ray.
 """

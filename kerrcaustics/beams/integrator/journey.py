@@ -45,7 +45,7 @@ class Progress(NamedTuple):
 
     time: Mino time so far.
     steps: steps so far.
-    paths: the ray, its variations or its instability, and its clock where there is one.
+    paths: the ray, its variations if it is a beam, and its clock where there is one.
     local_error: local errors summed over the steps.
     azimuth: azimuth of m, unwrapped, radians.
     conjugate_points: conjugate points passed.

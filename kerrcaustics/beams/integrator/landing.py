@@ -13,7 +13,7 @@ from kerrcaustics.beams.integrator import clock
 from kerrcaustics.beams.integrator.equations import polar_rapidity
 from kerrcaustics.beams.integrator.journey import MAX_STEPS, Journey, Progress
 from kerrcaustics.beams.integrator.nystroem import Rates
-from kerrcaustics.beams.integrator.spread import Ray, alone, of_beam
+from kerrcaustics.beams.integrator.spread import Ray, of_beam, size_alone
 from kerrcaustics.beams.ray_end import RayEnd
 from kerrcaustics.beams.ray_state import Arriving, Jacobian, Path
 from kerrcaustics.beams.traced_results import stacked, status_of
@@ -72,7 +72,7 @@ def land(
     ray, end = touch.paths[0], journey.end
     jacobian = _jacobian(journey, touch) if beams else None
     if jacobian is None:
-        size = alone(frame, began, end, journey.aim, touch.at, ray.rate[0])
+        size = size_alone(frame, began, end, journey.aim, touch.at, ray.rate[0])
     else:
         size = of_beam(end, touch.at, jacobian)
     doubt = _doubt(frame, journey, started, last, touch, size)
