@@ -130,7 +130,8 @@ def test_light_may_be_a_list_or_whole_numbers():
 def test_an_emission_needs_one_method():
     emission = Falling()
     assert (emission.keeps_shape, emission.symmetric, emission.own_opacity(6.0, 12.0)) == (False, True, None)
-    assert emission.parts(np.zeros((4, 2)), np.ones((4, 2)), np.ones((4, 2))).tolist() == [2] * 4
+    size = np.array([[0.01, 0.1], [0.01, 0.3], [1.0, 6.0]])
+    assert emission.parts(np.zeros((3, 2)), np.ones((3, 2)), size).tolist() == [2, 4, 16]
     disk = kc.disks.Disk(6.0, 12.0, emission)
     assert disk.opaque
     seen = kc.render(CAMERA, VIEW, disk=disk)

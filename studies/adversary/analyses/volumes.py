@@ -90,7 +90,11 @@ def cloud_claims(found: Any, cloud: Cloud, shifts: tuple[bool, bool], code: str)
     light, transmission = true
     grey = light @ _LUMINANCE
     brightest = max(float((found.light @ _LUMINANCE).max()), 1e-30)
-    smooth = ~(_rough(grey / brightest) | _rough(transmission)) & np.isfinite(grey) & np.isfinite(transmission)
+    smooth = (
+        ~(_rough(grey / max(float(np.nan_to_num(grey).max()), 1e-30)) | _rough(transmission))
+        & np.isfinite(grey)
+        & np.isfinite(transmission)
+    )
     if not smooth.any() or not grey[smooth].max() > 1e-6 * brightest:
         return []
     differences = {
