@@ -94,7 +94,9 @@ def test_templates_are_reported_as_json(capsys):
 
 
 def scripts_do(monkeypatch, main):
-    monkeypatch.setattr("kerrcaustics.scripts.ScriptFolder.run", lambda _self, name, folder: main(name, folder))
+    monkeypatch.setattr(
+        "kerrcaustics.scripts.ScriptFolder.run", lambda _self, name, folder, quick=False: main(name, folder)
+    )
 
 
 def test_figures_are_reported_as_json(capsys, tmp_path, monkeypatch):
