@@ -343,6 +343,7 @@ def test_counts_map_with_its_figure(capsys, tmp_path):
     assert np.array(entry["counts"]).shape == (12, 24, 2) and len(entry["phi_deg"]) == 24
 
 
+@pytest.mark.slow
 def test_counts_of_a_circle_with_its_figure(capsys, tmp_path):
     options, picture = ("--circle", 60, -30, "--line", 90, "--json", "-", "--points"), tmp_path / "circle.png"
     status, out, err = run(capsys, "counts", *PLACE, *options, "--figure", picture)

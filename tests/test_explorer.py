@@ -138,6 +138,7 @@ def test_shapes_are_those_of_the_package_and_of_commands(capsys):
     assert answer(*question(asked("shapes"))).record["kind"] == "refusal"
 
 
+@pytest.mark.slow
 def test_waves_are_those_of_the_package_and_of_commands(capsys):
     from command_line import run
 

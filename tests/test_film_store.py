@@ -187,6 +187,7 @@ def test_bad_places_are_refused(path):
     assert list(path.parent.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_the_encoder_asks_neither_for_cores_nor_for_what_lay_in_memory(tmp_path, whole):
     """As x264 says itself in every file; and with its macroblock tree one in ten of these films differs."""
     assert b"threads=1 " in whole and b"mbtree=0 " in whole

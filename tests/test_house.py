@@ -3,6 +3,7 @@
 import ast
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import house_numbers
@@ -38,9 +39,16 @@ def parsed(*folders: str, word: str = "") -> Iterator[tuple[Path, str, list[ast.
     """The modules of some folders of the checkout, of those that hold a word: paths, texts and nodes."""
     for folder in folders:
         for path in sorted((ROOT / folder).rglob("*.py")):
-            text = path.read_text(encoding="utf-8")
+            text, nodes = of_file(path)
             if word in text:
-                yield path.relative_to(ROOT), text, list(ast.walk(ast.parse(text)))
+                yield path.relative_to(ROOT), text, nodes
+
+
+@cache
+def of_file(path: Path) -> tuple[str, list[ast.AST]]:
+    """The text of a module, and all nodes of its tree."""
+    text = path.read_text(encoding="utf-8")
+    return text, list(ast.walk(ast.parse(text)))
 
 
 def body_lines(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:

@@ -178,6 +178,7 @@ def flat(path, rows, colours):
     return png(path, 2 * rows, rows, 8, 2, row * rows)
 
 
+@pytest.mark.slow
 def test_reading_a_sky_needs_little_memory_beside_it_and_reports_progress(tmp_path):
     path, heard = flat(tmp_path / "sky.png", 2048, (90, 90, 90)), []
     tracemalloc.start()

@@ -141,6 +141,7 @@ def older_ray(off, swept):
     return done.y[:, -1]
 
 
+@pytest.mark.slow
 def test_the_camera_comes_down_on_the_older_way(tmp_path):
     (tmp_path / "approach.toml").write_text(template_text("approach"), encoding="utf-8")
     scene = kc.SceneFile.read(tmp_path / "approach.toml")

@@ -280,6 +280,7 @@ def test_spins_close_to_one_keep_their_digits():
         assert all(band.solid_angle_error < error * band.solid_angle for band in rings[1:])
 
 
+@pytest.mark.slow
 def test_orders_up_to_nine_have_edges():
     rings = kc.photon_rings(observer(0.0, 30.0), max_order=9)
     size = np.array([np.abs(band.inner.distance).min() for band in rings])

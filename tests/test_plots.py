@@ -188,7 +188,7 @@ def test_prograde_edge_is_the_flat_left_one():
     assert np.ptp(near_left[:, 1]) > 1.1 * np.ptp(near_right[:, 1])
 
 
-@pytest.mark.parametrize("count", few((1, 5), (1,)))
+@pytest.mark.parametrize("count", few((1, 5), ()))
 def test_overview_saves(tmp_path, count):
     figure = plots.overview(astroids(count), EDGE)
     assert len(figure.axes) == 2 + count

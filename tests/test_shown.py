@@ -61,7 +61,8 @@ def known(value):
     return replace(value, **{name: known(getattr(value, name)) for name in stored(type(value))})
 
 
-@pytest.mark.parametrize("count", [0, pytest.param(5, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [0, 5])
 @for_each(kind=KINDS)
 def test_the_page_holds_every_quantity_and_its_error(kind, count):
     made = known(example(kind, count))

@@ -318,6 +318,7 @@ def test_damage_is_reported(tmp_path, quick, capsys):
     assert "damaged" not in run(capsys, "sweep", path, "--output", target)[1]
 
 
+@pytest.mark.slow
 def test_a_full_disk_at_any_moment(tmp_path, scene, quick, capsys, monkeypatch):
     """Also while the store is made: then there is none."""
     whole, path = tmp_path / "whole.zarr", written(tmp_path, PLAIN)

@@ -178,6 +178,7 @@ def started_at_once(sweeps):
     return done
 
 
+@pytest.mark.slow
 def test_of_two_sweeps_that_begin_a_store_at_once_none_destroys_it(tmp_path, scene, good):
     for i in range(5):
         path = tmp_path / f"{i}.zarr"

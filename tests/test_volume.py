@@ -394,6 +394,7 @@ def test_far_from_the_hole_a_flat_sky_of_finite_radius_is_that_of_render():
         render_flat(camera, view, sky, sky_radius=1e7)
 
 
+@pytest.mark.slow
 def test_the_horizon_is_not_in_the_volume():
     """Rays that fall in through a volume that reaches down to the horizon end, with finite light."""
     volume = kc.disks.Volume(0.1, 5000.0, kerr.horizon(0.6) + 1e-3, 12.0, motion="fiducial")
