@@ -166,7 +166,7 @@ def of_many(text: str, count: int) -> str:
 SHORT = (
     ("a ray", "ray", "closed form"),
     ("a beam", "beam", "closed form"),
-    ("three caustics of a new camera", "three caustics", "auto, 1e-10"),
+    ("three caustics of a new camera", "three caustics", "auto"),
     ("all images of one more star, certified", "images of a star", "one more star"),
     ("where pairs are born and die", "pair events", "one more star"),
     ("tracks of images", "tracks", "one more star"),

@@ -28,7 +28,7 @@ from .points import SIZES, Point, Result, Sizes
 
 QUESTION = "What does an error of each result cost?"
 # Run times on two cores of an AMD EPYC (2.6 GHz, shared).
-SECONDS = 200
+SECONDS = 100
 QUICK_SECONDS = 40
 
 RESULTS = (*traced.RESULTS, *stars.RESULTS, *sources.RESULTS, *disks.RESULTS, *frames.RESULTS)
