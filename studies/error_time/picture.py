@@ -92,17 +92,17 @@ def _shown(error: float) -> float:
 
 
 LABELS = {
-    "ray": Label("ray: n′", (6, 0), -2),
+    "ray": Label("ray: n′", (-2, 34), 1),
     "beam": Label("beam: width", (6, 0), -2),
-    "three caustics": Label("three caustics", (0, -10), -3),
+    "three caustics": Label("three caustics", (4, -9), 1),
     "images of a star": Label("images of a star", (1, 22)),
     "their magnification": Label("magnification", (1, 27)),
-    "pair events": Label("pair events", (5, -5)),
+    "pair events": Label("pair events", (1, -9)),
     "tracks": Label("tracks", (6, 5)),
     "light curve, point": Label("point", (6, -3)),
     "light curve, spot": Label("spot, by points", (6, 12)),
     "light curve, ball": Label("ball, by size", (0, 11)),
-    "disc away from a caustic": Label("disc away from a caustic", (1, 27)),
+    "disc away from a caustic": Label("off a caustic", (1, 27)),
     "disc on a caustic, no spin": Label("disc on a caustic", (6, 0)),
     "disc on a fold": Label("disc on a fold", (-6, 0)),
     "waves, no spin": Label("waves, by frequency", (7, -6), -1),
@@ -111,6 +111,6 @@ LABELS = {
     "line profile": Label("line profile, by beams", (0, -12), 2),
     "ring visibility": Label("ring visibility", (6, -3)),
     "frame": Label("frame: draft to high", (0, -11)),
-    "frame of rays alone": Label("1, 4, 16 rays a pixel", (1, -11)),
+    "frame of rays alone": Label("rays: 1, 4, 16", (1, -11)),
 }
 """Labels of the lines; others stand beside their first point."""
