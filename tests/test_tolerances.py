@@ -40,6 +40,23 @@ def test_profiles_reach_their_tolerance(fine_profile):
     assert kc.line_profile(NEAR, 3.0, 12.0, bins=BINS) == found
 
 
+def test_errors_hold_the_horns_in_which_a_narrow_ring_ends():
+    observer = kc.Observer(spin=0.0, inclination=1.0)
+    found = kc.line_profile(observer, 6.0, 6.06, bins=50)
+    fine = kc.line_profile(observer, 6.0, 6.06, bins=found.edges, radii=32, turns=1024)
+    off = np.abs(found.flux - fine.flux)
+    assert (off <= found.error + fine.error).all() and off[-1] > 0.3 * found.error[-1]
+
+
+def test_errors_of_a_spot_hold_at_every_time():
+    """With 256 points they are small by chance at some times."""
+    camera, times = kc.Camera(0.0, 50.0, 1.0, "static"), np.linspace(100.0, 240.0, 100)
+    rough, fine = (
+        kc.light_curve(camera, 8.0, times, source=kc.Spot(0.1, crossings=3, points=points)) for points in (256, 4096)
+    )
+    assert (np.abs(rough.flux - fine.flux) <= rough.error + fine.error).all()
+
+
 def test_profiles_are_those_of_their_intervals(fine_profile):
     """Nodes that are known are not traced again."""
     found = kc.line_profile(NEAR, 3.0, 12.0, bins=BINS, tolerance=1e-3)

@@ -142,10 +142,10 @@ def _crossing_light(
 def _doubt(change: Float[Array, "*batch times"], scale: Array | float = 1.0) -> Float[Array, "*batch times"]:
     """Errors from the change with half of the points: that of pieces of a curve leaves a third of it, of splines less.
 
-    The change is small by chance at some times, so that its mean over all times, relative to a scale, is added.
+    The change is small by chance at some times, so that twice its mean over all times, relative to a scale, is added.
     """
     mean = np.nanmean(change, axis=-1, keepdims=True) if np.isfinite(change).any(axis=-1).all() else np.nan
-    return change + scale * mean / np.mean(scale)
+    return change + 2 * scale * mean / np.mean(scale)
 
 
 class _Means(NamedTuple):

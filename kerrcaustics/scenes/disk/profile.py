@@ -107,7 +107,8 @@ def line_profile(
     Errors
     ------
     `LineProfile.error`: the largest change in the bin and its neighbours when every second node is left out, the mean
-    change of all bins and, where nodes are few, the square of the largest change divided by the highest bin.
+    change of all bins (twice both in the outermost bins, where the horns of the line end) and, where nodes are few, the
+    square of the largest change divided by the highest bin.
 
     References
     ----------
@@ -207,6 +208,8 @@ def _error(fine: Array, coarse: Array) -> Float[Array, " bins"]:
     """
     change = np.pad(np.abs(fine - coarse), 1)
     near = np.maximum(np.maximum(change[:-2], change[2:]), change[1:-1]) + change.mean()
+    # The horns of the line end in the outermost bins with light: there an error falls no faster than to a half.
+    near[np.flatnonzero(fine)[[0, -1]] if fine.any() else []] *= 2
     return near + change.max() ** 2 / max(fine.max(), np.finfo(float).tiny)
 
 
