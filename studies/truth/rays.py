@@ -7,6 +7,7 @@ long arithmetic that Python has of its own. J is the central difference of four 
 
 import math
 import time
+from collections.abc import Iterator
 from itertools import pairwise
 from operator import mul
 from typing import NamedTuple
@@ -234,27 +235,41 @@ def follow(paths: list[Path], watch) -> None:
 
 def places(place: Place, sky: list, times: list, digits: int = 30) -> list[tuple[mpf, list]]:
     """1 / r and the direction of a path at growing Mino times, none of them later than its end."""
-    found: list[tuple[mpf, list]] = []
     with mp.workdps(2 * digits):
         path = Path(place, unit([mpf(n) for n in sky]), digits, timed=False)
-        h = path.whole(mpf(1) / 20)
-        while len(found) < len(times):
-            path.expand(h)
-            reach = path.reach()
-            if reach < 1e-3:
-                h = max(h * int(reach * 2**40) >> 40, 1)
-                continue
-            s = int(min(reach, 1.0) * 2**40) << (path.bits - 40)
-            while len(found) < len(times):
-                ahead = (mpf(times[len(found)]) - path.real(path.time)) / path.real(h)
-                if ahead > path.real(s):
-                    break
-                u, *m, psi = (path.real(path.at(path.whole(ahead), series)) for series in path.series)
-                (x, y, z), c, d = unit(m), mp.cos(psi), mp.sin(psi)
-                found.append((u, [c * x - d * y, d * x + c * y, z]))
-            path.move(s)
-            h = h * int(min(reach, 4.0) * 2**40) >> 40
-    return found
+        return [place_ahead(path, ahead) for ahead in stops(path, [mpf(t) for t in times])]
+
+
+def stops(path: Path, times: list[mpf], latest: float = math.inf) -> Iterator[int]:
+    """Follow a path to growing Mino times, none of them later than its end: how far ahead in its step each lies.
+
+    Raises TimeoutError once the processor time of the program is later than `latest`.
+    """
+    reached, h = 0, path.whole(mpf(1) / 20)
+    while reached < len(times):
+        if time.process_time() > latest:
+            raise TimeoutError
+        path.expand(h)
+        reach = path.reach()
+        if reach < 1e-3:
+            h = max(h * int(reach * 2**40) >> 40, 1)
+            continue
+        s = int(min(reach, 1.0) * 2**40) << (path.bits - 40)
+        while reached < len(times):
+            ahead = (times[reached] - path.real(path.time)) / path.real(h)
+            if ahead > path.real(s):
+                break
+            yield path.whole(ahead)
+            reached += 1
+        path.move(s)
+        h = h * int(min(reach, 4.0) * 2**40) >> 40
+
+
+def place_ahead(path: Path, ahead: int) -> tuple[mpf, list]:
+    """1 / r and the direction of a path, so far ahead in its step."""
+    u, *m, psi = (path.real(path.at(ahead, series)) for series in path.series)
+    (x, y, z), c, d = unit(m), mp.cos(psi), mp.sin(psi)
+    return u, [c * x - d * y, d * x + c * y, z]
 
 
 def conjugate_points(paths: list[Path], s: float, displacement: float) -> np.ndarray:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from mpmath import mp, mpf
 
 from ...truth.camera import Place, photon, unit
-from ...truth.rays import Path, neighbours
+from ...truth.rays import Path, neighbours, place_ahead, stops
 from ..truth import DIGITS, DISPLACEMENT, LongPath
 
 # Displacement in Mino time for rates.
@@ -50,34 +50,14 @@ def events_along(place: Place, sky: list, times: list[float], most_seconds: floa
 
 def _states(path: Path, times: list, latest: float) -> list[tuple[mpf, list, mpf | None]]:
     """1 / r, direction and elapsed time of a path at growing Mino times, none of them later than its end."""
-    found: list = []
-    h = path.whole(mpf(1) / 20)
-    while len(found) < len(times):
-        if time.process_time() > latest:
-            raise TimeoutError
-        path.expand(h)
-        reach = path.reach()
-        if reach < 1e-3:
-            h = max(h * int(reach * 2**40) >> 40, 1)
-            continue
-        s = int(min(reach, 1.0) * 2**40) << (path.bits - 40)
-        while len(found) < len(times):
-            ahead = (times[len(found)] - path.real(path.time)) / path.real(h)
-            if ahead > path.real(s):
-                break
-            found.append(_state(path, path.whole(ahead)))
-        path.move(s)
-        h = h * int(min(reach, 4.0) * 2**40) >> 40
-    return found
+    return [(*place_ahead(path, ahead), _elapsed(path, ahead)) for ahead in stops(path, times, latest)]
 
 
-def _state(path: Path, ahead: int) -> tuple[mpf, list, mpf | None]:
-    u, *m, psi = (path.real(path.at(ahead, series)) for series in path.series)
-    (x, y, z), c, s = unit(m), mp.cos(psi), mp.sin(psi)
-    elapsed = None
-    if path.delay is not None and u > 0:
-        elapsed = path.real(path.at(ahead, path.delay_series)) + 1 / u - 2 * mp.log(u)
-    return u, [c * x - s * y, s * x + c * y, z], elapsed
+def _elapsed(path: Path, ahead: int) -> mpf | None:
+    u = path.real(path.at(ahead, path.series[0]))
+    if path.delay is None or u <= 0:
+        return None
+    return path.real(path.at(ahead, path.delay_series)) + 1 / u - 2 * mp.log(u)
 
 
 def _event(spin: mpf, impact: mpf, rays: list) -> PathEvent:
