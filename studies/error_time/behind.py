@@ -12,10 +12,10 @@ from scipy.optimize import brentq
 from scipy.special import ellipk, ellipkinc
 
 from ..disk_checks.schwarzschild import CRITICAL
+from .differences import difference
 
-# Nodes across a disc, central differences of the eighth order, and their step.
+# Nodes across a disc, and the step of derivatives.
 _NODES, _STEP = 60, 4e-3
-_WEIGHTS = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
 
 
 def swept(distance: float, b: float) -> float:
@@ -58,5 +58,4 @@ def beside(distance: float, away: float, size: float) -> float:
 
 def _slope(distance: float, angle: float) -> float:
     """The derivative of the cosine."""
-    ends = [[cosine(distance, angle + side * k * _STEP) for side in (1, -1)] for k in range(1, len(_WEIGHTS) + 1)]
-    return sum(w * (ahead - behind) for w, (ahead, behind) in zip(_WEIGHTS, ends, strict=True)) / _STEP
+    return difference(lambda k: cosine(distance, angle + k * _STEP)) / _STEP

@@ -10,6 +10,7 @@ import kerrcaustics as kc
 
 from ..disk_checks.schwarzschild import isoradial
 from ..disk_checks.twin import Screen, ring_profile
+from .differences import difference
 from .points import Measured, Result, Sizes
 
 Array = np.ndarray
@@ -27,7 +28,8 @@ NODES = ((4, 32), (4, 64), (8, 128), (16, 256), (32, 512))
 FALL = 4.0
 # Longest baseline, per M.
 LONGEST = 30.0
-_WEIGHTS, _STEP = (4 / 5, -1 / 5, 4 / 105, -1 / 280), 2e-3
+# Relative step of derivatives.
+_STEP = 2e-3
 
 
 def isoradials(sizes: Sizes) -> Iterator[Measured]:
@@ -51,10 +53,7 @@ class ClosedScreen(Screen):
     def ring(self, radius: float, turn: Array) -> tuple[Array, Array]:
         """g (n,), and solid angle for each dr and turn, of the first image."""
         b = isoradial(radius, self.inclination, turn, 1)
-        slope = np.zeros_like(b)
-        for k, weight in enumerate(_WEIGHTS, 1):
-            ahead, behind = (isoradial(radius * (1 + s * _STEP), self.inclination, turn, 1) for s in (k, -k))
-            slope += weight * (ahead - behind) / (_STEP * radius)
+        slope = difference(lambda k: isoradial(radius * (1 + k * _STEP), self.inclination, turn, 1)) / (_STEP * radius)
         momentum = -b * np.cos(turn) * math.sin(self.inclination)
         return math.sqrt(1 - 3 / radius) / (1 - momentum * radius**-1.5), b * slope
 

@@ -13,14 +13,14 @@ import numpy as np
 from scipy.optimize import elementwise
 
 from ..disk_checks.schwarzschild import CRITICAL, reciprocal_radius
+from .differences import difference
 
 Array = np.ndarray
 
 # Nodes of a travel time, and of a spot along its orbit.
 _NODES, _ALONG = 80, 24
-# Central differences of the eighth order, and their relative step.
+# Relative step of derivatives.
 _STEP = 2e-3
-_WEIGHTS = np.array([4 / 5, -1 / 5, 4 / 105, -1 / 280])
 _ROOTS = {"xrtol": 1e-15, "xatol": 1e-14}
 
 
@@ -93,12 +93,12 @@ class Circle:
         """du / db after such an angle; of rays that wind, by the logarithm of their distance from the critical b."""
         winds = image > 0
         step = np.full_like(b, _STEP) if winds else _STEP * b
-        total = np.zeros_like(b)
-        for k, weight in enumerate(_WEIGHTS, 1):
-            ends = [CRITICAL + (b - CRITICAL) * np.exp(s * step) if winds else b + s * step for s in (k, -k)]
-            ahead, behind = (reciprocal_radius(end, swept, 1 / self.distance) for end in ends)
-            total += weight * (ahead - behind)
-        return total / (step * (b - CRITICAL) if winds else step)
+
+        def values(k: int) -> Array:
+            moved = CRITICAL + (b - CRITICAL) * np.exp(k * step) if winds else b + k * step
+            return reciprocal_radius(moved, swept, 1 / self.distance)
+
+        return difference(values) / (step * (b - CRITICAL) if winds else step)
 
     def spread(self, time: Array, image: int, size: float) -> Array:
         """The same of a spot that is a Gaussian along its orbit, with a standard deviation."""
